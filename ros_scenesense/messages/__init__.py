@@ -1,0 +1,1 @@
+"""The messages of the graph: frozen structs, one module per topic family, and their JSON codec."""

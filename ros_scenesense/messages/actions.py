@@ -1,0 +1,79 @@
+"""Actions on the world, their outcome, and the goals and plans they come from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ros_scenesense.messages.base import (
+    Count,
+    HumanMessage,
+    Identifier,
+    Message,
+    Name,
+    Part,
+    SceneMessage,
+    Text,
+)
+
+
+class PlannedAction(Part, frozen=True):
+    """`pickup(object)` or `putdown(object, location)`; location is an object or `table`."""
+
+    kind: Literal["pickup", "putdown"]
+    object: Name
+    location: Name | None = None
+
+
+class Action(SceneMessage, frozen=True, tag="action/1"):
+    """Asks the robot to execute one step of a plan in the shown scene."""
+
+    id: Identifier
+    episode_id: Identifier
+    step: Count
+    action: PlannedAction
+
+
+class ActionResult(SceneMessage, frozen=True, tag="action_result/1"):
+    """Says that an action was executed or refused. Its effect is seen, not told."""
+
+    id: Identifier
+    outcome: Literal["executed", "refused"]
+    reason: Text = ""
+
+
+class Goal(HumanMessage, frozen=True, tag="goal/1"):
+    """A goal in the domain's language, e.g. `on(red_can, white_cube)`."""
+
+    goal: Annotated[str, msgspec.Meta(min_length=1, max_length=4096)]
+
+
+class Plan(SceneMessage, frozen=True, tag="plan/1"):
+    """The answer to a goal: the chosen plan, or why there is none."""
+
+    id: Identifier
+    goal: Text
+    outcome: Literal["found", "reached", "no_plan", "refused", "timed_out"]
+    actions: list[PlannedAction]
+    reason: Text = ""
+
+
+class StateLiteral(Part, frozen=True):
+    """A ground literal of a state, e.g. fluent `on`, arguments `[duck, red_can]`."""
+
+    fluent: Name
+    arguments: list[Name]
+    holds: bool = True
+
+
+class Transition(Message, frozen=True, tag="transition/1"):
+    """State before, executed action, state after: what the learner learns action axioms from."""
+
+    id: Identifier
+    episode_id: Identifier
+    step: Count
+    action: PlannedAction
+    before: list[StateLiteral]
+    after: list[StateLiteral]
+    expected: list[StateLiteral]

@@ -1,0 +1,131 @@
+"""Beliefs, verdicts, knowledge, and the questions that people may ask."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ros_scenesense.messages.base import (
+    Count,
+    HumanMessage,
+    Identifier,
+    Message,
+    Name,
+    Part,
+    SceneMessage,
+    Text,
+)
+from ros_scenesense.scene import DecisionStatus, Task, Truth
+
+
+class Belief(Part, frozen=True):
+    """What reasoning decided about one literal.
+
+    `value` is None unless the status is `strict` or `by_default`. `axioms` are the ids of the
+    axioms that derived it (both sides' axioms when inconsistent).
+    """
+
+    status: DecisionStatus
+    value: bool | None = None
+    axioms: list[Name] = []
+
+
+class ObjectBelief(Part, frozen=True):
+    """Beliefs about one object."""
+
+    name: Name
+    stable: Belief
+    occluded: Belief
+
+
+class StructureBelief(Part, frozen=True):
+    """Belief about one structure, keyed by its sorted members."""
+
+    members: list[Name]
+    stable: Belief
+
+
+class DerivedRelation(Part, frozen=True):
+    """A relation that axioms derived from perceived ones, e.g. `on`."""
+
+    relation: Name
+    object: Name
+    reference: Name
+
+
+class Beliefs(SceneMessage, frozen=True, tag="beliefs/1"):
+    """All decisions about a scene, once per scene, and the revisions they rest on."""
+
+    objects: list[ObjectBelief]
+    structures: list[StructureBelief]
+    derived: list[DerivedRelation]
+    knowledge_revision: Name
+    trust_revision: Count
+
+
+class Verdict(Part, frozen=True):
+    """One belief held against its label.
+
+    `verdict` is `undecided` where reasoning did not decide, `unjudged` where the label is
+    ambiguous or missing. `subject` is one object, or the sorted members of a structure.
+    """
+
+    task: Task
+    subject: list[Name]
+    kind: Literal["object", "structure"]
+    status: DecisionStatus
+    value: bool | None
+    label: Truth | None
+    verdict: Literal["right", "wrong", "undecided", "unjudged"]
+
+
+class Verdicts(SceneMessage, frozen=True, tag="verdicts/1"):
+    """Right or wrong, for every object and structure of a labelled scene."""
+
+    use: Literal["train", "evaluate"]
+    verdicts: list[Verdict]
+
+
+class KnownAxiom(Part, frozen=True):
+    """An axiom in force: its text for people, its kind and where it comes from."""
+
+    id: Name
+    text: Text
+    kind: Literal["normal", "default"]
+    origin: Literal["given", "learned"]
+
+
+class Knowledge(Message, frozen=True, tag="knowledge/1"):
+    """State: the active axioms. `revision` changes if and only if they do."""
+
+    revision: Name
+    axioms: list[KnownAxiom]
+
+
+class Query(HumanMessage, frozen=True, tag="query/1"):
+    """Why, or why not, does this literal hold (in this scene, else in the newest)?"""
+
+    literal: Annotated[str, msgspec.Meta(min_length=1, max_length=4096)]
+    why: Literal["why", "why_not"] = "why"
+    scene_id: Identifier | None = None
+
+
+class ExplanationStep(Part, frozen=True):
+    """A node of a proof tree in pre-order: what holds, by which axiom or source."""
+
+    depth: Count
+    literal: Text
+    axiom: Name | None = None
+    source: Name | None = None
+
+
+class Explanation(Message, frozen=True, tag="explanation/1"):
+    """The answer to a query, as a proof tree and in words."""
+
+    id: Identifier
+    scene_id: Identifier | None
+    literal: Text
+    outcome: Literal["explained", "refused"]
+    steps: list[ExplanationStep]
+    text: Text

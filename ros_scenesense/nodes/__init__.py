@@ -1,0 +1,1 @@
+"""The rclpy nodes, one per file: each gives a stage its topics, services and parameters."""

@@ -1,0 +1,85 @@
+"""Joins the messages of one scene, whatever their order, with a bound and a timeout."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass
+class _Waiting:
+    since_ns: int
+    parts: dict[str, Any] = field(default_factory=dict)
+
+
+class SceneJoin:
+    """Collects the named parts of each scene; the first of each kind wins.
+
+    Args:
+        parts: Names of the parts that make a scene complete.
+        timeout_s: After this time without completion a scene is given up.
+        capacity: At most this many scenes wait; the oldest is given up for a newer one.
+        memory: How many finished scenes are remembered, to recognise what comes late or twice.
+    """
+
+    def __init__(
+        self, parts: tuple[str, ...], timeout_s: float, capacity: int = 32, memory: int = 2000
+    ) -> None:
+        self.parts = parts
+        self.timeout_s = timeout_s
+        self.capacity = capacity
+        self.memory = memory
+        self._waiting: OrderedDict[Hashable, _Waiting] = OrderedDict()
+        self._done: OrderedDict[Hashable, None] = OrderedDict()
+        self._overflown: list[tuple[Hashable, list[str]]] = []
+
+    def add(self, key: Hashable, part: str, value: Any, now_ns: int) -> dict[str, Any] | None:
+        """Adds a part of a scene.
+
+        Returns:
+            All parts once the scene is complete, else None (also for a part that came twice or
+            for a scene that is finished: see `knows`).
+        """
+        if self.knows(key, part):
+            return None
+        waiting = self._waiting.setdefault(key, _Waiting(since_ns=now_ns))
+        waiting.parts[part] = value
+        if len(waiting.parts) == len(self.parts):
+            self._finish(key)
+            return waiting.parts
+        while len(self._waiting) > self.capacity:
+            oldest = next(iter(self._waiting))
+            self._overflown.append((oldest, self._missing(oldest)))
+            del self._waiting[oldest]
+        return None
+
+    def knows(self, key: Hashable, part: str) -> bool:
+        """Whether this part of the scene was taken before, or the scene is finished."""
+        waiting = self._waiting.get(key)
+        return key in self._done or (waiting is not None and part in waiting.parts)
+
+    def expired(self, now_ns: int) -> list[tuple[Hashable, list[str]]]:
+        """Gives up the scenes that waited too long or were pushed out.
+
+        Such a scene is forgotten, not finished: if it is shown again it starts anew.
+
+        Returns:
+            Their keys, each with the parts that were missing.
+        """
+        given_up, self._overflown = self._overflown, []
+        for key, waiting in list(self._waiting.items()):
+            if now_ns - waiting.since_ns > self.timeout_s * 1e9:
+                given_up.append((key, self._missing(key)))
+                del self._waiting[key]
+        return given_up
+
+    def _missing(self, key: Hashable) -> list[str]:
+        return [part for part in self.parts if part not in self._waiting[key].parts]
+
+    def _finish(self, key: Hashable) -> None:
+        del self._waiting[key]
+        self._done[key] = None
+        while len(self._done) > self.memory:
+            self._done.popitem(last=False)
