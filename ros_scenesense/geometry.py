@@ -5,6 +5,9 @@ World frame (REP-103): x forward, y left, z up. Camera optical frame: z forward,
 
 from __future__ import annotations
 
+import math
+from typing import Annotated
+
 import msgspec
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +15,23 @@ import numpy.typing as npt
 Float = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Length = Annotated[float, msgspec.Meta(ge=0.0)]
 
 
 class Pose(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Position (metres) and orientation (unit quaternion x, y, z, w) of a frame in its parent."""
+    """Position (metres) and orientation (unit quaternion x, y, z, w) of a frame in its parent.
+
+    Raises:
+        ValueError: If the quaternion's length is not 1 (within 0.001).
+    """
 
     position: Vector
     orientation: Quaternion
+
+    def __post_init__(self) -> None:
+        length = math.hypot(*self.orientation)
+        if not abs(length - 1.0) <= 1e-3:
+            raise ValueError(f"orientation is a quaternion of length {length:.6g}, must be 1")
 
     def matrix(self) -> Float:
         """The (4, 4) homogeneous transform from this frame to its parent."""
@@ -65,7 +78,7 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An oriented box: pose of its centre and its full edge lengths (metres)."""
 
     pose: Pose
-    size: Vector
+    size: tuple[Length, Length, Length]
 
     def corners(self) -> Float:
         """The eight corners (8, 3) in the parent frame."""

@@ -49,9 +49,11 @@ class Parameter:
         kind = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
         words = kind[self.type]
         if self.minimum is not None and self.maximum is not None:
-            return f"{words} from {self.minimum:g} to {self.maximum:g}"
+            return f"{words} from {self.minimum:.12g} to {self.maximum:.12g}"
         if self.minimum is not None:
-            return f"{words} of at least {self.minimum:g}"
+            return f"{words} of at least {self.minimum:.12g}"
+        if self.maximum is not None:
+            return f"{words} of at most {self.maximum:.12g}"
         return words
 
     def check(self, value: object) -> Value:
@@ -72,7 +74,9 @@ class Parameter:
         if self.choices and converted not in self.choices:
             in_range = False
         if converted is None or not in_range:
-            raise ParameterError(f"parameter '{self.name}' is {value!r}, must be {self.allowed}")
+            raise ParameterError(
+                f"parameter '{self.name}' is {_shown(value)}, must be {self.allowed}"
+            )
         return converted
 
 
@@ -118,6 +122,14 @@ def build(configuration: type[Configuration], values: Mapping[str, object]) -> C
                 f"parameter '{name}' is unknown, known are: {', '.join(sorted(known))}"
             )
     return configuration(**{name: known[name].check(value) for name, value in values.items()})
+
+
+def _shown(value: object) -> str:
+    try:
+        text = repr(value)
+    except Exception:  # e.g. an integer of more digits than Python prints
+        return f"some {type(value).__name__}"
+    return text if len(text) <= 80 else text[:77] + "..."
 
 
 def _convert(value: object, target: type[Value]) -> Value | None:

@@ -165,7 +165,7 @@ class Frame:
         camera_pose: Pose of the optical frame in the world; None where unknown.
 
     Raises:
-        FrameError: If shapes or types do not fit together.
+        FrameError: If shapes or types do not fit together, or the camera is not calibrated.
     """
 
     stamp_ns: int
@@ -177,6 +177,12 @@ class Frame:
     camera_pose: Pose | None = None
 
     def __post_init__(self) -> None:
+        camera = self.intrinsics
+        if min(camera.width, camera.height) < 1 or not min(camera.fx, camera.fy) > 0.0:
+            raise FrameError(
+                f"camera info says {camera.width}x{camera.height} pixels, focal lengths "
+                f"{camera.fx:g} and {camera.fy:g}: publish the camera info of a calibrated camera"
+            )
         expected = (self.intrinsics.height, self.intrinsics.width)
         images: list[tuple[str, npt.NDArray[np.generic] | None, tuple[int, ...], type]] = [
             ("color", self.color, (*expected, 3), np.uint8),

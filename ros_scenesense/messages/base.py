@@ -20,7 +20,12 @@ Text = Annotated[str, msgspec.Meta(max_length=4096)]
 """Words for people, or a formula in the domain's language (parsed, never run as text)."""
 
 Probability = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-Count = Annotated[int, msgspec.Meta(ge=0)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+"""A number of things; up to what every JSON reader holds exactly."""
+
+InstanceId = Annotated[int, msgspec.Meta(ge=1, le=65535)]
+"""Value of an object's pixels in the instance image (16UC1); 0 is the background."""
+
 Mode = Literal["training", "testing"]
 
 
@@ -30,7 +35,7 @@ class Stamp(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Two integers, because a JSON number cannot hold nanoseconds since 1970 exactly everywhere.
     """
 
-    sec: Annotated[int, msgspec.Meta(ge=0)]
+    sec: Annotated[int, msgspec.Meta(ge=0, lt=2**31)]
     nanosec: Annotated[int, msgspec.Meta(ge=0, lt=1_000_000_000)]
 
     @classmethod

@@ -7,6 +7,7 @@ fields, wrong types or values, payloads over the topic's limit, and other schema
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from functools import cache
 from typing import Any, TypeVar
@@ -38,12 +39,14 @@ def encode(message: AnyMessage) -> bytes:
     kind = type(message)
     try:
         payload = msgspec.json.encode(message)
-    except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise MessageError(f"{schema_of(kind)} cannot be encoded: {error}") from error
+    except (TypeError, ValueError, RecursionError, msgspec.MsgspecError) as error:
+        where = "$" if isinstance(error, RecursionError) else _unencodable(message)
+        raise MessageError(f"{schema_of(kind)}: {error} - at `{where}`") from error
     # msgspec writes a number that JSON cannot hold as null, which an optional field would take.
     if b"null" in payload:
-        for path in _non_finite(msgspec.to_builtins(message), "$"):
-            raise MessageError(f"{schema_of(kind)} has a number that is not finite - at `{path}`")
+        for path, value in _leaves(message, "$"):
+            if isinstance(value, float) and not math.isfinite(value):
+                raise MessageError(f"{schema_of(kind)}: {value} is no number of JSON - at `{path}`")
     decode(payload, kind)
     return payload
 
@@ -63,7 +66,9 @@ def decode(payload: bytes | str, kind: type[AnyMessageT]) -> AnyMessageT:
     try:
         raw = payload.encode() if isinstance(payload, str) else payload
         if len(raw) > limit:
-            raise MessageError(f"{expected}: payload of {len(raw)} bytes is over the {limit} limit")
+            raise MessageError(
+                f"{expected}: payload of {len(raw)} bytes is over the limit of {limit} - at `$`"
+            )
         envelope: _Envelope = _decoder(_Envelope).decode(raw)
         if envelope.schema is None and not issubclass(kind, HumanMessage):
             raise MessageError(f"{expected}: object missing required field `schema` - at `$`")
@@ -71,9 +76,7 @@ def decode(payload: bytes | str, kind: type[AnyMessageT]) -> AnyMessageT:
             raise MessageError(_wrong_schema(envelope.schema, expected))
         message: AnyMessageT = _decoder(kind).decode(raw)
     except (msgspec.MsgspecError, UnicodeError, RecursionError) as error:
-        text = str(error)
-        where = "" if " - at `" in text else " - at `$`"
-        raise MessageError(f"{expected}: {text}{where}") from error
+        raise MessageError(f"{expected}: {_located(str(error))}") from error
     return message
 
 
@@ -85,7 +88,7 @@ def _decoder(kind: Any) -> msgspec.json.Decoder[Any]:
 def _wrong_schema(found: str, expected: str) -> str:
     name, _, version = expected.partition("/")
     found_name, _, found_version = found[:80].partition("/")
-    if found_name == name and found_version.isdecimal():
+    if found_name == name and found_version.isdecimal() and int(found_version) != int(version):
         age = "newer" if int(found_version) > int(version) else "older"
         return (
             f"{expected}: version {found_version} is {age} than the supported {version}, run the "
@@ -94,12 +97,33 @@ def _wrong_schema(found: str, expected: str) -> str:
     return f"{expected}: schema is {found[:80]!r}, expected '{expected}' - at `$.schema`"
 
 
-def _non_finite(value: Any, path: str) -> Iterator[str]:
-    if isinstance(value, float) and not math.isfinite(value):
-        yield path
+def _located(words: str) -> str:
+    """The decoder's words in one short line that ends with a path, `$` where it names none."""
+    if len(words) > 300:  # an unknown field's name may be as long as the payload
+        words = f"{words[:150]}...{words[-147:]}"
+    words = "".join(character if character.isprintable() else "?" for character in words)
+    return words if re.search(r" - at .*`\$[^`]*`$", words) else f"{words} - at `$`"
+
+
+def _unencodable(message: AnyMessage) -> str:
+    for path, value in _leaves(message, "$"):
+        try:
+            msgspec.json.encode(value)
+        except (TypeError, ValueError, msgspec.MsgspecError):
+            return path
+    return "$"
+
+
+def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """All values inside a message that hold no other values, with their JSON paths."""
+    if isinstance(value, msgspec.Struct):
+        for name in value.__struct_fields__:
+            yield from _leaves(getattr(value, name), f"{path}.{name}")
     elif isinstance(value, dict):
         for key, member in value.items():
-            yield from _non_finite(member, f"{path}.{key}")
+            yield from _leaves(member, f"{path}[{key!r}]")
     elif isinstance(value, list | tuple):
         for index, member in enumerate(value):
-            yield from _non_finite(member, f"{path}[{index}]")
+            yield from _leaves(member, f"{path}[{index}]")
+    else:
+        yield path, value

@@ -9,6 +9,7 @@ from ros_scenesense.messages.base import (
     Count,
     HumanMessage,
     Identifier,
+    InstanceId,
     Message,
     Name,
     Part,
@@ -52,7 +53,7 @@ class PerceivedObject(Part, frozen=True):
     known, so nothing may be concluded from the absence of its relations. None = unknown.
     """
 
-    instance: Count
+    instance: InstanceId
     name: Name
     points: Count
     box: Box | None = None

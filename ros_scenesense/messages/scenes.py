@@ -5,7 +5,16 @@ from __future__ import annotations
 from typing import Literal
 
 from ros_scenesense.geometry import Pose
-from ros_scenesense.messages.base import Count, Identifier, Mode, Name, Part, Probability
+from ros_scenesense.messages.base import (
+    Count,
+    Identifier,
+    InstanceId,
+    Mode,
+    Name,
+    Part,
+    Probability,
+    Text,
+)
 from ros_scenesense.messages.base import SceneMessage as _SceneMessage
 from ros_scenesense.scene import Size, Surface, Truth
 
@@ -16,7 +25,7 @@ class KnownObject(Part, frozen=True):
     `instance` is its value in the instance image.
     """
 
-    instance: Count
+    instance: InstanceId
     name: Name
     size: Size | None = None
     surface: Surface | None = None
@@ -43,7 +52,7 @@ class SceneLost(_SceneMessage, frozen=True, tag="scene_lost/1"):
     """The camera gave a scene up: it was shown `attempts` times and no estimate came."""
 
     attempts: Count
-    reason: str
+    reason: Text
 
 
 class ObjectLabel(Part, frozen=True):

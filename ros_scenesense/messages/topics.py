@@ -22,9 +22,11 @@ KIB = 1024
 class QosClass(Enum):
     """Quality of service, by what a topic is for.
 
-    FRAME: images, reliable and volatile, depth 1 to 5. EVENT: reliable, transient local, depth
-    200, duplicates recognised by id. STATE: reliable, transient local, depth 1. REQUEST: what a
-    person or a timer sends once, reliable and volatile (a late joiner must not act on it again).
+    - `frame`: images; reliable and volatile, depth 1 to 5.
+    - `event`: reliable, transient local, depth 200; repeats are recognised by their id.
+    - `state`: reliable, transient local, depth 1.
+    - `request`: what a person or a timer sends once; reliable and volatile (a late joiner must not
+      act on it again).
     """
 
     FRAME = "frame"
@@ -45,7 +47,7 @@ class Topic:
 
 _ALL = [
     Topic("scene", scenes.Scene, QosClass.EVENT, 64 * KIB),
-    Topic("scene_lost", scenes.SceneLost, QosClass.EVENT, 4 * KIB),
+    Topic("scene_lost", scenes.SceneLost, QosClass.EVENT, 16 * KIB),
     Topic("labels", scenes.Labels, QosClass.EVENT, 64 * KIB),
     Topic("action", actions.Action, QosClass.EVENT, 4 * KIB),
     Topic("action_result", actions.ActionResult, QosClass.EVENT, 16 * KIB),

@@ -14,7 +14,7 @@ class Health:
     Attributes:
         counters: How often each thing happened since the start.
         pending: Problems not yet reported, as (kind, words).
-        last_problem: The newest problem in words, and when (nanoseconds); None if there was none.
+        last_problem: The newest problem in words; None if there was none.
     """
 
     counters: Counter[str] = field(default_factory=Counter)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Any
@@ -33,7 +33,7 @@ class SceneJoin:
         self.memory = memory
         self._waiting: OrderedDict[Hashable, _Waiting] = OrderedDict()
         self._done: OrderedDict[Hashable, None] = OrderedDict()
-        self._overflown: list[tuple[Hashable, list[str]]] = []
+        self._overflown: deque[tuple[Hashable, list[str]]] = deque(maxlen=memory)
 
     def add(self, key: Hashable, part: str, value: Any, now_ns: int) -> dict[str, Any] | None:
         """Adds a part of a scene.
@@ -68,7 +68,8 @@ class SceneJoin:
         Returns:
             Their keys, each with the parts that were missing.
         """
-        given_up, self._overflown = self._overflown, []
+        given_up = list(self._overflown)
+        self._overflown.clear()
         for key, waiting in list(self._waiting.items()):
             if now_ns - waiting.since_ns > self.timeout_s * 1e9:
                 given_up.append((key, self._missing(key)))

@@ -6,7 +6,10 @@ runs past its deadline kills the process; the next job gets a new one.
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import os
+import pickle
 import resource as limits
 import signal
 import threading
@@ -44,23 +47,30 @@ class InlineRunner:
 
     def submit(self, job: Job) -> None:
         """Runs the job and calls back."""
+        failure = None
         if self._engine is None:
-            self._engine = self._factory()
-        self._done(job, _run(self._engine, job))
+            self._engine, failure = _build(self._factory)
+        self._done(job, failure or _run(self._engine, job))
 
     def close(self) -> None:
-        """Closes the engine."""
-        if self._engine is not None:
-            _close(self._engine)
+        """Closes the engine, if it has a `close`."""
+        if hasattr(self._engine, "close"):
+            self._engine.close()
 
 
 class WorkerProcess:
     """Runs jobs in a process of their own, one after the other.
 
+    The process is started before the first job comes, so that it finds a warm engine, and again
+    whenever it died. If the engine cannot be built, each job gets that failure and causes one new
+    attempt. The process dies with this one, at once and without a call of the engine's `close`.
+
     Args:
         factory: Picklable; builds the engine in the process.
-        done: Called from this object's thread with each job and its result or `JobFailure`.
+        done: Called from this object's thread with each job and its result or `JobFailure`; must
+            not raise.
         warm: Called (same thread) whenever an engine is built and waiting for jobs.
+        failed: Called (same thread) with the reason whenever an engine could not be built.
         memory_bytes: Address-space limit of the process; 0 = none.
         start_deadline_s: Time to build the engine.
     """
@@ -72,18 +82,22 @@ class WorkerProcess:
         warm: Callable[[], None] = lambda: None,
         memory_bytes: int = 12 * GIB,
         start_deadline_s: float = 60.0,
+        failed: Callable[[str], None] = lambda _reason: None,
     ) -> None:
         self._factory = factory
         self._done = done
         self._warm = warm
+        self._failed = failed
         self._memory_bytes = memory_bytes
         self._start_deadline_s = start_deadline_s
         self._context = multiprocessing.get_context("spawn")
+        # Only the thread below starts, talks to and reaps processes. Other threads may kill the
+        # current one, under the lock: whatever the thread waits for then ends with an EOF.
+        self._changed = threading.Condition()
+        self._queue: deque[Job] = deque()
+        self._closing = False
         self._process: multiprocessing.process.BaseProcess | None = None
         self._pipe: Connection | None = None
-        self._queue: deque[Job] = deque()
-        self._changed = threading.Condition()
-        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="worker", daemon=True)
         self._thread.start()
 
@@ -96,82 +110,162 @@ class WorkerProcess:
     def close(self) -> None:
         """Kills the process and drops what is queued."""
         with self._changed:
-            self._closing.set()
+            self._closing = True
             self._changed.notify()
-        self._kill()
+            self._kill()
         self._thread.join(timeout=10.0)
 
     def _serve(self) -> None:
-        while not self._closing.is_set():
-            failure = self._ensure_process()
-            with self._changed:
-                self._changed.wait_for(lambda: self._queue or self._closing.is_set())
-                if self._closing.is_set():
+        try:
+            while not self._closing:
+                failure = self._ensure_process()
+                job = self._next_job()
+                if job is None:
                     return
-                job = self._queue.popleft()
-            result = failure or self._execute(job)
-            if not self._closing.is_set():
-                self._done(job, result)
+                # While it waited for the job the process may have died.
+                result = failure or self._ensure_process() or self._execute(job)
+                if not self._closing:
+                    self._done(job, result)
+        finally:
+            self._discard()
+
+    def _next_job(self) -> Job | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._queue or self._closing)
+            return None if self._closing else self._queue.popleft()
 
     def _ensure_process(self) -> JobFailure | None:
-        if self._process is not None and self._process.is_alive():
-            return None
-        self._pipe, theirs = self._context.Pipe()
-        self._process = self._context.Process(
+        with self._changed:
+            if self._process is not None and self._process.is_alive():
+                return None
+        self._discard()
+        failure = self._start_process()
+        if failure is None:
+            self._warm()
+        elif not self._closing:
+            self._failed(failure.reason)
+        return failure
+
+    def _start_process(self) -> JobFailure | None:
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(
             target=_worker_main, args=(self._factory, theirs, self._memory_bytes), daemon=True
         )
-        self._process.start()
-        theirs.close()
-        answer = self._receive(self._start_deadline_s, "the engine did not start")
-        if answer is None:
-            self._warm()
-        return answer if isinstance(answer, JobFailure) else None
+        try:
+            process.start()
+        except Exception as error:
+            # A factory that cannot be pickled, or no memory for one more process.
+            ours.close()
+            return JobFailure(f"the worker process did not start: {_words(error)}")
+        finally:
+            theirs.close()
+        with self._changed:
+            self._process, self._pipe = process, ours
+            if self._closing:
+                self._kill()
+        failure: JobFailure | None = self._exchange(
+            None, self._start_deadline_s, "the engine did not start"
+        )
+        if failure is not None:
+            self._discard()
+        return failure
 
     def _execute(self, job: Job) -> Any:
-        assert self._pipe is not None
         try:
-            self._pipe.send(job)
-        except (OSError, ValueError) as error:
-            self._kill()
-            return JobFailure(f"the worker process is gone: {error}")
-        return self._receive(job.deadline_s, f"{job.method} of {job.key}")
+            payload = pickle.dumps(job)
+        except Exception as error:
+            return JobFailure(f"{job.method} of {job.key} cannot be sent: {_words(error)}")
+        return self._exchange(payload, job.deadline_s, f"{job.method} of {job.key}")
 
-    def _receive(self, deadline_s: float, what: str) -> Any:
+    def _exchange(self, payload: bytes | None, deadline_s: float, what: str) -> Any:
+        """Sends a payload and waits for the answer, both until the deadline."""
         assert self._pipe is not None
+        overran = threading.Event()
+
+        def stop() -> None:
+            overran.set()
+            with self._changed:
+                self._kill()
+
+        # Killing is what ends a send or a receive that hangs half-way, too.
+        timer = threading.Timer(deadline_s, stop)
+        timer.daemon = True
+        timer.start()
+        answer = None
         try:
-            if self._pipe.poll(deadline_s):
-                return self._pipe.recv()
+            if payload is not None:
+                self._pipe.send_bytes(payload)
+            answer = self._pipe.recv_bytes()
         except (EOFError, OSError):
-            self._kill()
+            pass
+        finally:
+            timer.cancel()
+            timer.join()
+        if answer is None or overran.is_set():
+            self._discard()
+        if overran.is_set():
+            return JobFailure(f"{what}: stopped after {deadline_s:g} s", timed_out=True)
+        if answer is None:
             return JobFailure(f"{what}: the worker process died")
-        self._kill()
-        return JobFailure(f"{what}: stopped after {deadline_s:g} s", timed_out=True)
+        return _unpack(answer, what)
 
     def _kill(self) -> None:
-        process = self._process
-        if process is not None and process.pid is not None:
-            process.kill()
-            process.join(timeout=5.0)
+        if self._process is not None:
+            self._process.kill()
+
+    def _discard(self) -> None:
+        with self._changed:
+            self._kill()
+            if self._process is not None:
+                self._process.join(timeout=5.0)
+            if self._pipe is not None:
+                self._pipe.close()
+            self._process = self._pipe = None
 
 
 def _worker_main(factory: Callable[[], Any], pipe: Connection, memory_bytes: int) -> None:
     # Ctrl-C in a terminal reaches the whole process group; the parent decides when to stop.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_die_with_parent, daemon=True).start()
     if memory_bytes:
-        limits.setrlimit(limits.RLIMIT_AS, (memory_bytes, memory_bytes))
+        _, hard = limits.getrlimit(limits.RLIMIT_AS)
+        soft = memory_bytes if hard == limits.RLIM_INFINITY else min(memory_bytes, hard)
+        limits.setrlimit(limits.RLIMIT_AS, (soft, hard))
+    engine, failure = _build(factory)
+    # The pipe breaks when the parent is gone.
+    with contextlib.suppress(EOFError, OSError):
+        pipe.send_bytes(pickle.dumps(failure))
+        while failure is None:
+            pipe.send_bytes(_answer(engine, pipe.recv_bytes()))
+
+
+def _die_with_parent() -> None:
+    # Also in the middle of a job: nobody is left to take its result or to stop it.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _answer(engine: Any, payload: bytes) -> bytes:
     try:
-        engine = factory()
+        return pickle.dumps(_run(engine, pickle.loads(payload)))
     except Exception as error:
-        pipe.send(JobFailure(f"the engine did not start: {_words(error)}"))
-        return
-    pipe.send(None)
-    while True:
-        try:
-            job = pipe.recv()
-        except (EOFError, KeyboardInterrupt):
-            _close(engine)
-            return
-        pipe.send(_run(engine, job))
+        return pickle.dumps(JobFailure(f"job or result cannot be sent: {_words(error)}"))
+
+
+def _unpack(answer: bytes, what: str) -> Any:
+    try:
+        return pickle.loads(answer)
+    except Exception as error:
+        return JobFailure(f"{what}: the result cannot be read: {_words(error)}")
+
+
+def _build(factory: Callable[[], Any]) -> tuple[Any, JobFailure | None]:
+    try:
+        return factory(), None
+    except Exception as error:
+        return None, JobFailure(f"the engine did not start: {_words(error)}")
 
 
 def _run(engine: Any, job: Job) -> Any:
@@ -182,12 +276,7 @@ def _run(engine: Any, job: Job) -> Any:
         return JobFailure(_words(error))
 
 
-def _close(engine: Any) -> None:
-    if hasattr(engine, "close"):
-        engine.close()
-
-
 def _words(error: Exception) -> str:
     if isinstance(error, SceneSenseError):
         return str(error)
-    return f"{type(error).__name__}: {error}"
+    return f"{type(error).__name__}: {error}".removesuffix(": ")
