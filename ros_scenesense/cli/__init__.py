@@ -1,0 +1,1 @@
+"""The `scenesense` command: one module per subcommand."""

@@ -1,0 +1,59 @@
+"""Entry point of `scenesense`: finds the subcommand, reports errors in one line."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+import ros_scenesense
+from ros_scenesense.errors import ParameterError, SceneSenseError
+
+COMMANDS = {
+    "demo": "run the whole graph on simulated scenes and write a report",
+    "launch": "start the nodes and keep them running",
+    "params": "list the parameters of all nodes, or make a params file",
+    "bench": "measure the figures that the documentation quotes",
+    "check": "tell what is installed, what is missing, and the mend",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a subcommand.
+
+    Returns:
+        Exit code: the subcommand's, 2 for wrong values, 1 for any other error.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    parser = _Parser(prog="scenesense", description=ros_scenesense.__doc__)
+    parser.add_argument("--version", action="version", version=ros_scenesense.__version__)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, help_text in COMMANDS.items():
+        command = commands.add_parser(name, help=help_text, description=help_text)
+        # Only the asked-for command is imported: `--help` answers at once.
+        if words and words[0] == name:
+            module = importlib.import_module(f"ros_scenesense.cli.{name}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    parsed = parser.parse_args(words)
+    try:
+        return int(parsed.run(parsed))
+    except ParameterError as error:
+        print(f"scenesense {parsed.command}: {error}", file=sys.stderr)
+        return 2
+    except SceneSenseError as error:
+        print(f"scenesense {parsed.command}: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

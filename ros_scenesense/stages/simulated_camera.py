@@ -1,0 +1,298 @@
+"""The simulated RGB-D camera: shows scenes, paces itself by the estimates, gives none up silently.
+
+At most `in_flight` scenes wait for their estimates. A scene whose estimate does not come is shown
+again with the same `scene_id`, and reported as lost after the last attempt.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.base import Stamp
+from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
+from ros_scenesense.parameters import parameter
+from ros_scenesense.simulation.engine import (
+    SimulatedScene,
+    SimulationConfiguration,
+    SimulationEngine,
+)
+from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
+from ros_scenesense.stages.scene_ledger import SceneLedger
+from ros_scenesense.stages.state_file import IN_MEMORY
+
+
+@dataclass(frozen=True)
+class SimulatedCameraConfiguration(SimulationConfiguration):
+    """Parameters of the camera node: those of the simulation, and pacing."""
+
+    seed: int = parameter(0, "seed of all scenes; same seed, same scenes", minimum=0)
+    scenes: int = parameter(0, "scenes to show in a session; 0 = without end", minimum=0)
+    mode: str = parameter(
+        "testing",
+        "training: labels may be learned from; testing: they only evaluate",
+        choices=("training", "testing"),
+    )
+    autostart: bool = parameter(
+        True, "show scenes by itself; else one for each call of the service next_scene"
+    )
+    in_flight: int = parameter(
+        2, "scenes that may wait for their estimates at once", minimum=1, maximum=32
+    )
+    resend_s: float = parameter(
+        5.0, "seconds without an estimate after which a scene is shown again", minimum=0.1
+    )
+    attempts: int = parameter(4, "times a scene is shown before it is lost", minimum=1)
+    session: str = parameter(
+        "", "first part of every scene_id; a session that exists is continued, empty = a new one"
+    )
+    state_dir: str = parameter("", "folder of camera.db; empty = nothing is remembered")
+
+
+class CameraEngine:
+    """The simulation, with the time that each scene took."""
+
+    def __init__(self, configuration: SimulationConfiguration) -> None:
+        self._simulation = SimulationEngine(configuration)
+
+    def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:
+        """Renders and labels a scene; returns it with the seconds spent."""
+        start = time.perf_counter()
+        scene = self._simulation.scene(seed, number)
+        return scene, time.perf_counter() - start
+
+    def close(self) -> None:
+        """Disconnects from the physics engine."""
+        self._simulation.close()
+
+
+@dataclass
+class _Shown:
+    messages: list[Outgoing]
+    shown_ns: int
+    attempts: int
+
+
+class SimulatedCameraStage:
+    """Shows simulated scenes with their labels.
+
+    Attributes:
+        audience: Whether somebody takes the images; nothing is shown before. Nodes set it.
+        session: First part of the scene ids.
+    """
+
+    def __init__(self, configuration: SimulatedCameraConfiguration) -> None:
+        self.configuration = configuration
+        self.health = Health()
+        self.audience = True
+        self._last_stamp_ns = 0
+        folder = configuration.state_dir
+        self._ledger = SceneLedger(
+            Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
+        )
+        self._begin(configuration.session or _new_session())
+
+    def engine(self) -> Callable[[], Any] | None:
+        """A factory of the simulation."""
+        return partial(CameraEngine, self.configuration)
+
+    def start(self, now_ns: int) -> list[Outgoing]:
+        """Nothing is published before a scene is rendered."""
+        del now_ns
+        return []
+
+    def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
+        """Takes `estimates`: the scene is settled.
+
+        After a restart they may come (latched) before the scene is shown again.
+        """
+        if not isinstance(item, Estimates):
+            return []
+        number = self._number(item.scene_id)
+        if number is None or number not in self._open_numbers():
+            self.health.count("estimates_not_awaited")
+            return []
+        shown = self._shown.get(number)
+        self._forget(number)
+        self._ledger.record(self.session, number, "settled")
+        self.health.count("scenes_settled")
+        timing: list[Outgoing] = []
+        if shown is not None:
+            timing = [Timing("simulated_camera/round_trip", (now_ns - shown.shown_ns) / 1e6)]
+        return timing + self._show_rendered(now_ns)
+
+    def tick(self, now_ns: int) -> list[Outgoing]:
+        """Shows again what was not answered; gives up after the last attempt."""
+        outgoing = self._show_rendered(now_ns)
+        for number, shown in list(self._shown.items()):
+            if now_ns - shown.shown_ns <= self.configuration.resend_s * 1e9:
+                continue
+            if shown.attempts >= self.configuration.attempts:
+                del self._shown[number]
+                outgoing.append(self._lose(number, shown.attempts, "no estimate came", now_ns))
+                continue
+            shown.attempts += 1
+            shown.shown_ns = now_ns
+            self.health.count("scenes_shown_again")
+            outgoing.extend(shown.messages)
+        return outgoing
+
+    def jobs(self) -> list[Job]:
+        """Rendering of as many scenes as may be under way."""
+        jobs = []
+        while (
+            len(self._rendering) + len(self._rendered) + len(self._shown)
+            < self.configuration.in_flight
+        ):
+            number = self._next_number()
+            if number is None:
+                break
+            self._ledger.record(self.session, number, "open")
+            self._rendering.add(number)
+            jobs.append(Job(self._scene_id(number), "scene", (self.configuration.seed, number)))
+        return jobs
+
+    def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
+        """Takes a rendered scene; shows it once somebody looks."""
+        number = self._number(job.key)
+        if (
+            number is None or number not in self._rendering
+        ):  # a leftover of the session before a reset
+            return []
+        self._rendering.remove(number)
+        if isinstance(result, JobFailure):
+            return self._render_failed(number, result, now_ns)
+        scene, seconds = result
+        self._failures.pop(number, None)
+        self._rendered.append((number, scene))
+        return [
+            Timing("simulated_camera/render", seconds * 1e3),
+            *self._show_rendered(now_ns),
+        ]
+
+    def next_scene(self, now_ns: int) -> list[Outgoing]:
+        """Asks for one more scene than the camera would show by itself."""
+        del now_ns
+        self._asked += 1
+        return []
+
+    def reset(self, now_ns: int) -> list[Outgoing]:
+        """Begins a new session at scene 0; the open scenes of the old one are lost."""
+        lost: list[Outgoing] = []
+        for number in sorted(self._open_numbers()):
+            attempts = self._shown[number].attempts if number in self._shown else 0
+            lost.append(self._lose(number, attempts, "the camera was reset", now_ns))
+        self._begin(_new_session())
+        return lost
+
+    def close(self) -> None:
+        """Closes camera.db."""
+        self._ledger.close()
+
+    def _begin(self, session: str) -> None:
+        self.session = session
+        self._unfinished = deque(self._ledger.open_scenes(session))
+        self._fresh = self._ledger.next_number(session)
+        self._asked = 0
+        self._rendering: set[int] = set()
+        self._failures: dict[int, int] = {}
+        self._rendered: deque[tuple[int, SimulatedScene]] = deque()
+        self._shown: dict[int, _Shown] = {}
+
+    def _open_numbers(self) -> set[int]:
+        rendered = {number for number, _ in self._rendered}
+        return {*self._unfinished, *self._rendering, *rendered, *self._shown}
+
+    def _forget(self, number: int) -> None:
+        self._shown.pop(number, None)
+        self._rendering.discard(number)
+        self._rendered = deque(pair for pair in self._rendered if pair[0] != number)
+        self._unfinished = deque(other for other in self._unfinished if other != number)
+
+    def _next_number(self) -> int | None:
+        if self._unfinished:
+            return self._unfinished.popleft()
+        limit = self.configuration.scenes
+        wanted = self._asked > 0 or (
+            self.configuration.autostart and (limit == 0 or self._fresh < limit)
+        )
+        if not wanted:
+            return None
+        self._asked = max(0, self._asked - 1)
+        self._fresh += 1
+        return self._fresh - 1
+
+    def _show_rendered(self, now_ns: int) -> list[Outgoing]:
+        outgoing: list[Outgoing] = []
+        while self.audience and self._rendered:
+            number, scene = self._rendered.popleft()
+            # Two scenes of one session must never share a stamp: images are joined on it.
+            self._last_stamp_ns = max(now_ns, self._last_stamp_ns + 1)
+            messages = self._messages(number, scene, self._last_stamp_ns)
+            self._shown[number] = _Shown(messages, now_ns, attempts=1)
+            self.health.count("scenes_shown")
+            outgoing.extend(messages)
+        return outgoing
+
+    def _messages(self, number: int, scene: SimulatedScene, stamp_ns: int) -> list[Outgoing]:
+        stamp = Stamp.of(stamp_ns)
+        scene_id = self._scene_id(number)
+        training = self.configuration.mode == "training"
+        return [
+            Scene(
+                stamp=stamp,
+                scene_id=scene_id,
+                mode="training" if training else "testing",
+                objects=scene.objects,
+                camera_pose=scene.frame.camera_pose,
+            ),
+            Labels(
+                stamp=stamp,
+                scene_id=scene_id,
+                use="train" if training else "evaluate",
+                objects=scene.object_labels,
+                structures=scene.structure_labels,
+            ),
+            dataclasses.replace(scene.frame, stamp_ns=stamp_ns),
+        ]
+
+    def _render_failed(self, number: int, failure: JobFailure, now_ns: int) -> list[Outgoing]:
+        failures = self._failures.pop(number, 0) + 1
+        self.health.problem(
+            "render_failed", f"scene {self._scene_id(number)} was not rendered: {failure.reason}"
+        )
+        if failures >= self.configuration.attempts:
+            return [self._lose(number, 0, failure.reason, now_ns)]
+        self._failures[number] = failures
+        self._unfinished.append(number)
+        return []
+
+    def _lose(self, number: int, attempts: int, reason: str, now_ns: int) -> SceneLost:
+        scene_id = self._scene_id(number)
+        self._ledger.record(self.session, number, "lost")
+        self.health.problem("scenes_lost", f"scene {scene_id} is lost: {reason}")
+        return SceneLost(
+            stamp=Stamp.of(now_ns), scene_id=scene_id, attempts=attempts, reason=reason
+        )
+
+    def _scene_id(self, number: int) -> str:
+        return f"{self.session}-{number:04d}"
+
+    def _number(self, scene_id: str) -> int | None:
+        session, _, number = scene_id.rpartition("-")
+        if session != self.session or not number.isdecimal():
+            return None
+        return int(number)
+
+
+def _new_session() -> str:
+    return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"

@@ -1,0 +1,73 @@
+"""Opens the SQLite file in which a stage remembers: one file per stage, one writer, WAL.
+
+A kill loses at most the transaction in flight. A file that is broken is set aside and reported,
+never silently replaced; one of a newer release is refused.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+from ros_scenesense.errors import StateError
+from ros_scenesense.stages.health import Health
+
+IN_MEMORY = Path(":memory:")
+
+
+def open_state_file(path: Path, schema: str, version: int, health: Health) -> sqlite3.Connection:
+    """Opens or creates a state file.
+
+    Args:
+        path: The file, or `IN_MEMORY` for a state that nobody keeps.
+        schema: SQL that creates the tables of an empty file.
+        version: Version of that schema, kept in the file.
+        health: Gets a problem if a broken file had to be set aside.
+
+    Raises:
+        StateError: If the folder cannot be written, or the file is of another version.
+    """
+    try:
+        if path != IN_MEMORY:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        return _open(path, schema, version)
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError) or path == IN_MEMORY:
+            raise StateError(f"{path} cannot be opened: {error}") from error
+        broken = _set_aside(path)
+        health.problem(
+            "state_set_aside", f"{path} is damaged ({error}): kept as {broken}, started afresh"
+        )
+        return _open(path, schema, version)
+    except OSError as error:
+        raise StateError(
+            f"{path.parent} cannot be made: {error}; choose another state folder"
+        ) from error
+
+
+def _open(path: Path, schema: str, version: int) -> sqlite3.Connection:
+    connection = sqlite3.connect(path, timeout=5.0)
+    try:
+        found = connection.execute("PRAGMA user_version").fetchone()[0]
+        if found not in (0, version):
+            raise StateError(f"{path} has schema version {found}, this release reads {version}")
+        check = connection.execute("PRAGMA quick_check").fetchone()[0]
+        if check != "ok":
+            raise sqlite3.DatabaseError(check)
+        connection.execute("PRAGMA journal_mode=WAL")
+        if found == 0:
+            connection.executescript(f"BEGIN; {schema} PRAGMA user_version={version}; COMMIT;")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _set_aside(path: Path) -> Path:
+    number = 1
+    while (broken := path.with_name(f"{path.name}.broken-{number}")).exists():
+        number += 1
+    path.rename(broken)
+    for suffix in ("-wal", "-shm"):
+        path.with_name(path.name + suffix).unlink(missing_ok=True)
+    return broken

@@ -1,0 +1,195 @@
+"""The camera's pacing, re-sending, losing and resuming, driven without a renderer."""
+
+import numpy as np
+import pytest
+
+from ros_scenesense.geometry import Intrinsics
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.base import Stamp
+from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
+from ros_scenesense.parameters import build
+from ros_scenesense.scene import Frame
+from ros_scenesense.simulation.engine import SimulatedScene
+from ros_scenesense.stages.protocol import JobFailure
+from ros_scenesense.stages.simulated_camera import (
+    SimulatedCameraConfiguration,
+    SimulatedCameraStage,
+)
+
+SECOND = 1_000_000_000
+
+
+def camera(**values) -> SimulatedCameraStage:
+    return SimulatedCameraStage(build(SimulatedCameraConfiguration, {"session": "s", **values}))
+
+
+def rendered() -> tuple[SimulatedScene, float]:
+    frame = Frame(
+        stamp_ns=0,
+        frame_id="camera_color_optical_frame",
+        color=np.zeros((2, 3, 3), np.uint8),
+        depth=np.ones((2, 3), np.float32),
+        intrinsics=Intrinsics(width=3, height=2, fx=1.0, fy=1.0, cx=1.0, cy=1.0),
+        instances=np.zeros((2, 3), np.uint16),
+    )
+    scene = SimulatedScene(
+        frame=frame,
+        objects=[],
+        object_labels=[],
+        structure_labels=[],
+        arrangement="spread",
+        supports=[],
+        placed=[],
+    )
+    return scene, 0.01
+
+
+def render_all(stage: SimulatedCameraStage, now_ns: int) -> list:
+    """Renders until the camera wants no more; returns what it published."""
+    published = []
+    while jobs := stage.jobs():
+        for job in jobs:
+            published += stage.finish(job, rendered(), now_ns)
+    return published
+
+
+def estimates(scene_id: str) -> Estimates:
+    return Estimates(
+        stamp=Stamp.of(1),
+        scene_id=scene_id,
+        objects=[],
+        structures=[],
+        knowledge_revision="k",
+        trust_revision=0,
+    )
+
+
+def shown_ids(published: list) -> list[str]:
+    return [item.scene_id for item in published if isinstance(item, Scene)]
+
+
+def test_shows_no_more_scenes_than_may_be_in_flight():
+    stage = camera(in_flight=3)
+    assert shown_ids(render_all(stage, SECOND)) == ["s-0000", "s-0001", "s-0002"]
+    assert render_all(stage, SECOND) == []
+    stage.handle(estimates("s-0001"), SECOND)
+    assert shown_ids(render_all(stage, SECOND)) == ["s-0003"]
+
+
+def test_scene_labels_and_frame_share_one_stamp_and_no_two_scenes_do():
+    stage = camera(in_flight=2)
+    published = render_all(stage, 5 * SECOND)
+    stamps = {}
+    for item in published:
+        if isinstance(item, Scene | Labels):
+            stamps.setdefault(item.scene_id, set()).add(item.stamp.nanoseconds)
+    frames = [item.stamp_ns for item in published if isinstance(item, Frame)]
+    assert all(len(values) == 1 for values in stamps.values())
+    assert sorted(frames) == sorted(value for values in stamps.values() for value in values)
+    assert len(set(frames)) == 2
+
+
+def test_stops_after_the_asked_number_of_scenes():
+    stage = camera(in_flight=8, scenes=3)
+    assert shown_ids(render_all(stage, SECOND)) == ["s-0000", "s-0001", "s-0002"]
+    for number in range(3):
+        stage.handle(estimates(f"s-{number:04d}"), SECOND)
+    assert stage.jobs() == []
+
+
+def test_an_unanswered_scene_is_shown_again_and_finally_lost():
+    stage = camera(in_flight=1, resend_s=1.0, attempts=2, scenes=1)
+    first = render_all(stage, 0)
+    assert stage.tick(SECOND) == []
+    again = stage.tick(2 * SECOND)
+    assert [item for item in again if isinstance(item, Scene)] == [
+        item for item in first if isinstance(item, Scene)
+    ]
+    lost = stage.tick(4 * SECOND)
+    assert [(item.scene_id, item.attempts) for item in lost if isinstance(item, SceneLost)] == [
+        ("s-0000", 2)
+    ]
+    assert stage.tick(60 * SECOND) == []
+    assert stage.health.counters["scenes_lost"] == 1
+
+
+def test_shows_nothing_before_there_is_an_audience():
+    stage = camera(in_flight=2)
+    stage.audience = False
+    assert shown_ids(render_all(stage, SECOND)) == []
+    stage.audience = True
+    assert shown_ids(stage.tick(2 * SECOND)) == ["s-0000", "s-0001"]
+
+
+def test_a_failed_rendering_is_tried_again_then_reported_lost():
+    stage = camera(in_flight=1, attempts=2, scenes=1)
+    (job,) = stage.jobs()
+    assert stage.finish(job, JobFailure("no memory"), 0) == []
+    (job,) = stage.jobs()
+    (lost,) = stage.finish(job, JobFailure("no memory"), 0)
+    assert isinstance(lost, SceneLost)
+    assert "no memory" in lost.reason
+    assert stage.jobs() == []
+
+
+def test_next_scene_shows_one_more():
+    stage = camera(autostart=False)
+    assert stage.jobs() == []
+    stage.next_scene(0)
+    assert shown_ids(render_all(stage, 0)) == ["s-0000"]
+    assert stage.jobs() == []
+
+
+def test_estimates_that_nobody_awaits_are_counted_and_change_nothing():
+    stage = camera(in_flight=1)
+    render_all(stage, 0)
+    for stranger in ("s-0007", "t-0000", "s-x", "-", "s-0000-0"):
+        assert stage.handle(estimates(stranger), 0) == []
+    assert stage.health.counters["estimates_not_awaited"] == 5
+    assert stage.jobs() == []
+
+
+def test_reset_loses_the_open_scenes_and_begins_a_new_session():
+    stage = camera(in_flight=2)
+    render_all(stage, 0)
+    lost = stage.reset(SECOND)
+    assert [item.scene_id for item in lost] == ["s-0000", "s-0001"]
+    assert stage.session != "s"
+    assert shown_ids(render_all(stage, SECOND)) == [
+        f"{stage.session}-0000",
+        f"{stage.session}-0001",
+    ]
+
+
+def test_a_restarted_camera_goes_on_where_it_was(tmp_path):
+    values = {"state_dir": str(tmp_path), "in_flight": 2, "scenes": 4}
+    before = camera(**values)
+    render_all(before, 0)
+    before.handle(estimates("s-0000"), 0)
+    before.close()
+    after = camera(**values)
+    assert shown_ids(render_all(after, SECOND)) == ["s-0001", "s-0002"]
+
+
+def test_estimates_that_came_while_the_camera_was_down_settle_the_scene(tmp_path):
+    values = {"state_dir": str(tmp_path), "in_flight": 1, "scenes": 2}
+    before = camera(**values)
+    render_all(before, 0)
+    before.close()
+    after = camera(**values)
+    after.handle(estimates("s-0000"), SECOND)
+    assert shown_ids(render_all(after, SECOND)) == ["s-0001"]
+
+
+def test_training_mode_lets_labels_be_learned_from():
+    for mode, use in (("training", "train"), ("testing", "evaluate")):
+        published = render_all(camera(mode=mode), 0)
+        assert {item.use for item in published if isinstance(item, Labels)} == {use}
+
+
+@pytest.mark.parametrize("session", ["", "lab-1"])
+def test_scene_ids_of_any_session_name_are_recognised(session):
+    stage = camera(session=session, in_flight=1, scenes=1)
+    (scene_id,) = shown_ids(render_all(stage, 0))
+    stage.handle(estimates(scene_id), 0)
+    assert stage.health.counters["scenes_settled"] == 1
