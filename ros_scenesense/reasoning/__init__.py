@@ -1,0 +1,1 @@
+"""Reasoning: answer-set programs solved by clingo, and what the answers mean. No ROS."""

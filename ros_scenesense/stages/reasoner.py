@@ -1,0 +1,303 @@
+"""The reasoner: what the knowledge says of the objects and structures of each scene.
+
+Joins `scene`, `relations` and `objects`, classifies, and holds the beliefs against `labels` where
+there are any. Until attention exists, its decisions are forwarded as the final `estimates`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ros_scenesense.errors import ParameterError, ReasoningError
+from ros_scenesense.messages.attention import (
+    Estimate,
+    Estimates,
+    EstimateSource,
+    ObjectEstimate,
+    StructureEstimate,
+)
+from ros_scenesense.messages.base import Stamp
+from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relations
+from ros_scenesense.messages.reasoning import (
+    Belief,
+    Beliefs,
+    Knowledge,
+    KnownAxiom,
+    Verdicts,
+)
+from ros_scenesense.messages.scenes import KnownObject, Labels, Scene
+from ros_scenesense.parameters import parameter
+from ros_scenesense.reasoning.classification import Classification, ClassificationSession
+from ros_scenesense.reasoning.facts import (
+    ContentProblem,
+    PairRelation,
+    SceneFacts,
+    SceneObject,
+)
+from ros_scenesense.reasoning.program import Program
+from ros_scenesense.reasoning.verdicts import judge
+from ros_scenesense.scene import DecisionStatus, NamingFrame, Task
+from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
+
+_PUBLISHERS = {
+    "scene": "the camera",
+    "relations": "grounding_control",
+    "objects": "grounding",
+}
+_PART_OF: dict[type[Incoming], str] = {Scene: "scene", Relations: "relations", Objects: "objects"}
+
+# Whoever starts late gets up to 200 latched messages of one topic before the first of the next.
+_WAITING_SCENES = 256
+
+
+@dataclass(frozen=True)
+class ReasonerConfiguration:
+    """Parameters of the reasoner node."""
+
+    withheld: str = parameter(
+        "", "ids of axioms to leave out, separated by commas; an empty text leaves none out"
+    )
+    time_limit_s: float = parameter(
+        1.0, "seconds to search for the answer of one scene", minimum=0.001, maximum=60.0
+    )
+    max_objects: int = parameter(
+        64, "scenes with more objects are not classified", minimum=1, maximum=100
+    )
+    join_timeout_s: float = parameter(
+        10.0, "seconds to wait for the other messages of a scene", minimum=0.1, maximum=3600.0
+    )
+
+
+class ReasonerStage:
+    """Classifies each scene once.
+
+    Args:
+        configuration: The parameters.
+        program: The knowledge; the shipped one if None.
+
+    Raises:
+        ParameterError: If an axiom to withhold does not exist.
+        ReasoningError: If the program is missing or broken.
+    """
+
+    def __init__(
+        self, configuration: ReasonerConfiguration, program: Program | None = None
+    ) -> None:
+        self.configuration = configuration
+        self.health = Health()
+        self._program = program or Program.shipped()
+        self._withheld = _withheld(configuration.withheld, self._program)
+        self._revision = self._program.revision(self._withheld)
+        self._session = ClassificationSession(self._program, configuration.time_limit_s)
+        timeout_s = configuration.join_timeout_s
+        self._scenes = SceneJoin(tuple(_PUBLISHERS), timeout_s, _WAITING_SCENES)
+        # Labels come with the scene, so they wait for as long as it takes to be complete, and more.
+        self._judged = SceneJoin(("beliefs", "labels"), 2 * timeout_s, _WAITING_SCENES)
+
+    def engine(self) -> Callable[[], Any] | None:
+        """There is no slow work: a scene is classified within milliseconds."""
+        return None
+
+    def start(self, now_ns: int) -> list[Outgoing]:
+        """Publishes the axioms in force."""
+        axioms = [
+            KnownAxiom(id=axiom.id, text=axiom.text, kind=axiom.kind, origin="given")
+            for axiom in self._program.axioms
+            if axiom.id not in self._withheld
+        ]
+        return [Knowledge(stamp=Stamp.of(now_ns), revision=self._revision, axioms=axioms)]
+
+    def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
+        """Takes `scene`, `relations`, `objects` and `labels`, in any order."""
+        if isinstance(item, Labels):
+            return self._judge("labels", item, now_ns)
+        if not isinstance(item, Scene | Relations | Objects):
+            return []
+        part = _PART_OF[type(item)]
+        if self._scenes.knows(item.scene_id, part):
+            self.health.count(f"{part}_repeated")
+            return []
+        parts = self._scenes.add(item.scene_id, part, item, now_ns)
+        return [] if parts is None else self._decide(**parts, now_ns=now_ns)
+
+    def tick(self, now_ns: int) -> list[Outgoing]:
+        """Gives up the scenes that waited too long."""
+        for scene_id, missing in self._scenes.expired(now_ns):
+            names = " and ".join(f"{part} (from {_PUBLISHERS[part]})" for part in missing)
+            self.health.problem(
+                "scene_incomplete", f"scene {scene_id} is given up: no {names} came"
+            )
+        for _, missing in self._judged.expired(now_ns):
+            self.health.count(f"verdicts_without_{missing[0]}")
+        return []
+
+    def jobs(self) -> list[Job]:
+        """None."""
+        return []
+
+    def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
+        """Never called."""
+        del job, result, now_ns
+        return []
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _decide(
+        self, scene: Scene, relations: Relations, objects: Objects, now_ns: int
+    ) -> list[Outgoing]:
+        start = time.perf_counter()
+        facts, problems = SceneFacts.checked(
+            self._objects(scene, objects),
+            (
+                PairRelation(each.object, each.reference, each.position, each.distance)
+                for each in relations.relations
+            ),
+        )
+        self._report(scene.scene_id, problems)
+        result = self._classify(scene.scene_id, facts, relations.naming_frame)
+        self.health.count("scenes_classified")
+        beliefs = Beliefs(
+            stamp=scene.stamp,
+            scene_id=scene.scene_id,
+            objects=list(result.objects),
+            structures=list(result.structures),
+            derived=list(result.derived),
+            knowledge_revision=self._revision,
+            trust_revision=relations.trust_revision,
+        )
+        timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
+        verdicts = self._judge("beliefs", beliefs, now_ns)
+        return [beliefs, _estimates(beliefs), *verdicts, timing]
+
+    def _report(self, scene_id: str, problems: Iterable[ContentProblem]) -> None:
+        """One problem for each kind, however often it occurs in the scene."""
+        words: dict[str, list[str]] = {}
+        for problem in problems:
+            words.setdefault(problem.kind, []).append(problem.words)
+        for kind, [first, *others] in words.items():
+            more = f" (and {len(others)} more of this kind)" if others else ""
+            self.health.problem(kind, f"scene {scene_id}: {first}{more}")
+            self.health.count(kind, len(others))
+
+    def _objects(self, scene: Scene, objects: Objects) -> Iterable[SceneObject]:
+        reported = {each.name for each in objects.objects}
+        missing = [each for each in scene.objects if each.name not in reported]
+        if missing:
+            names = ", ".join(repr(each.name) for each in missing[:5])
+            self.health.problem(
+                "object_not_reported",
+                f"scene {scene.scene_id}: objects lacks {len(missing)} of the scene's objects "
+                f"({names}): they count as not located",
+            )
+        return [*map(_perceived, objects.objects), *map(_unreported, missing)]
+
+    def _classify(
+        self, scene_id: str, facts: SceneFacts, naming_frame: NamingFrame
+    ) -> Classification:
+        if len(facts.objects) > self.configuration.max_objects:
+            self.health.problem(
+                "scene_too_large",
+                f"scene {scene_id} has {len(facts.objects)} objects and is not classified: raise "
+                f"max_objects ({self.configuration.max_objects}) if that is meant",
+            )
+            return Classification(objects=())
+        withheld = self._withheld
+        if naming_frame is NamingFrame.ROBOT:
+            # Behind and in front say what hides what only as the viewer sees them.
+            self.health.problem(
+                "relations_in_robot_frame",
+                f"scene {scene_id}: relations are named in the robot's frame, so occlusion stays "
+                "undecided: have them named in the viewer's frame",
+            )
+            about = {axiom.id for axiom in self._program.axioms if axiom.task is Task.OCCLUSION}
+            withheld = withheld | about
+        try:
+            result = self._session.classify(facts, withheld)
+        except ReasoningError as error:
+            self.health.problem("classification_failed", f"scene {scene_id}: {error}")
+            return Classification.nothing(facts.objects, DecisionStatus.UNDECIDED)
+        if result.ignored:
+            names = ", ".join(sorted({repr(name) for pair in result.ignored for name in pair}))
+            self.health.problem(
+                "objects_on_each_other",
+                f"scene {scene_id}: {names} stand on each other in a circle: the relations on it "
+                "are ignored",
+            )
+        if any(each.stable.status is DecisionStatus.TIMED_OUT for each in result.objects):
+            self.health.problem(
+                "classification_timed_out",
+                f"scene {scene_id}: no answer within {self.configuration.time_limit_s:g} s",
+            )
+        return result
+
+    def _judge(self, part: str, item: Beliefs | Labels, now_ns: int) -> list[Outgoing]:
+        if self._judged.knows(item.scene_id, part):
+            self.health.count(f"{part}_repeated")
+            return []
+        both = self._judged.add(item.scene_id, part, item, now_ns)
+        if both is None:
+            return []
+        beliefs, labels = both["beliefs"], both["labels"]
+        verdicts = judge(beliefs, labels)
+        return [
+            Verdicts(
+                stamp=beliefs.stamp, scene_id=beliefs.scene_id, use=labels.use, verdicts=verdicts
+            )
+        ]
+
+
+def _withheld(names: str, program: Program) -> frozenset[str]:
+    chosen = frozenset(name.strip() for name in names.split(",") if name.strip())
+    known = [axiom.id for axiom in program.axioms]
+    if not chosen <= set(known):
+        raise ParameterError(
+            f"parameter 'withheld' is {names!r}, must be a comma-separated choice of "
+            f"{', '.join(known)}"
+        )
+    return chosen
+
+
+def _perceived(each: PerceivedObject) -> SceneObject:
+    return SceneObject(
+        each.name,
+        located=each.box is not None,
+        size=each.size.value if each.size else None,
+        surface=each.surface.value if each.surface else None,
+    )
+
+
+def _unreported(each: KnownObject) -> SceneObject:
+    return SceneObject(each.name, located=False, size=each.size, surface=each.surface)
+
+
+def _estimates(beliefs: Beliefs) -> Estimates:
+    return Estimates(
+        stamp=beliefs.stamp,
+        scene_id=beliefs.scene_id,
+        objects=[
+            ObjectEstimate(
+                name=each.name, stable=_estimate(each.stable), occluded=_estimate(each.occluded)
+            )
+            for each in beliefs.objects
+        ],
+        structures=[
+            StructureEstimate(members=each.members, stable=_estimate(each.stable))
+            for each in beliefs.structures
+        ],
+        knowledge_revision=beliefs.knowledge_revision,
+        trust_revision=beliefs.trust_revision,
+    )
+
+
+def _estimate(belief: Belief) -> Estimate:
+    sources: dict[DecisionStatus, EstimateSource] = {
+        DecisionStatus.STRICT: "reasoning",
+        DecisionStatus.BY_DEFAULT: "default",
+    }
+    return Estimate(value=belief.value, source=sources.get(belief.status, "none"))
