@@ -41,7 +41,12 @@ class SceneJoin:
         Returns:
             All parts once the scene is complete, else None (also for a part that came twice or
             for a scene that is finished: see `knows`).
+
+        Raises:
+            KeyError: If no scene has such a part.
         """
+        if part not in self.parts:
+            raise KeyError(part)
         if self.knows(key, part):
             return None
         waiting = self._waiting.setdefault(key, _Waiting(since_ns=now_ns))
