@@ -1,0 +1,144 @@
+"""What a run looks like in a terminal: a live view, or plain lines where there is no terminal."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from ros_scenesense.demo.record import RunRecord
+from ros_scenesense.demo.summary import RunInfo, summarise_tasks
+from ros_scenesense.demo.tables import latency_line, scene_line, scenes_table, totals_table
+from ros_scenesense.nodes.registry import NODES
+
+_SILENT_NS = 2_000_000_000
+_RESERVED_LINES = 19
+
+
+class View(Protocol):
+    """Shows a run while it goes on."""
+
+    def open(self) -> None:
+        """Begins the view."""
+
+    def event(self, words: str) -> None:
+        """Shows what the launcher says."""
+
+    def update(self) -> None:
+        """Shows what is new in the record; called often."""
+
+    def close(self) -> None:
+        """Ends the view; what is printed afterwards stands below it."""
+
+
+def make_view(console: Console, record: RunRecord, info: RunInfo) -> View:
+    """The view that the console can show."""
+    live = console.is_terminal and not console.is_dumb_terminal
+    return LiveView(console, record, info) if live else PlainView(console, record, info)
+
+
+class PlainView:
+    """One line for each event and each settled scene."""
+
+    def __init__(self, console: Console, record: RunRecord, info: RunInfo) -> None:
+        self._console = console
+        self._record = record
+        self._asked = info.asked
+        self._shown: set[str] = set()
+
+    def open(self) -> None:
+        """Nothing to do: lines need no preparation."""
+
+    def event(self, words: str) -> None:
+        """Prints the words."""
+        self._console.print(words, markup=False, highlight=False, soft_wrap=True)
+
+    def update(self) -> None:
+        """Prints a line for each scene that is new and complete."""
+        for scene in self._record.in_order():
+            if scene.scene_id not in self._shown and (scene.is_complete or scene.is_lost):
+                self._shown.add(scene.scene_id)
+                self.event(scene_line(scene, self._asked))
+
+    def close(self) -> None:
+        """Prints the scenes whose parts did not all come."""
+        for scene in self._record.settled():
+            if scene.scene_id not in self._shown:
+                self.event(scene_line(scene, self._asked))
+
+
+class LiveView:
+    """Progress, nodes, the newest scenes and running totals, redrawn in place."""
+
+    def __init__(self, console: Console, record: RunRecord, info: RunInfo) -> None:
+        self._console = console
+        self._record = record
+        self._info = info
+        self._event = "starting the nodes"
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def open(self) -> None:
+        """Starts to draw."""
+        self._live.start()
+
+    def event(self, words: str) -> None:
+        """Shows the words until the next event."""
+        self._event = words
+        self.update()
+
+    def update(self) -> None:
+        """Redraws."""
+        self._live.update(self._picture(), refresh=True)
+
+    def close(self) -> None:
+        """Takes the live picture away."""
+        self._live.stop()
+
+    def _picture(self) -> RenderableType:
+        scenes = self._record.settled()
+        fitting = max(3, self._console.height - _RESERVED_LINES)
+        return Group(
+            self._progress(len(scenes)),
+            _nodes_line(self._record, time.time_ns()),
+            Text(self._event, style="dim", no_wrap=True, overflow="ellipsis"),
+            "",
+            scenes_table(scenes[-fitting:]),
+            "",
+            totals_table(summarise_tasks(self._record.decisions())),
+            "",
+            latency_line(self._record),
+        )
+
+    def _progress(self, settled: int) -> RenderableType:
+        grid = Table.grid(padding=(0, 2))
+        words = f"{settled} of {self._info.asked} scenes"
+        bar = ProgressBar(total=self._info.asked, completed=settled, width=36)
+        what = f"{self._info.arrangement}, seed {self._info.seed}, domain {self._info.domain_id}"
+        grid.add_row(Text("SceneSense", style="bold"), bar, words, Text(what, style="dim"))
+        return grid
+
+
+def _nodes_line(record: RunRecord, now_ns: int) -> Text:
+    parts = []
+    for name in sorted(record.nodes, key=_place):
+        node = record.nodes[name]
+        if now_ns - node.received_ns > _SILENT_NS:
+            state, style = " silent", "red"
+        elif not node.latest.ready:
+            state, style = " starting", "yellow"
+        else:
+            state, style = ("", "green") if node.latest.warm else (" warming up", "yellow")
+        if node.processes > 1:
+            state += f" (restarted {node.processes - 1}x)"
+        parts.append(Text.assemble(("● ", style), name, (state, "dim")))
+    return Text("   ").join(parts) if parts else Text("no node has answered yet", style="dim")
+
+
+def _place(node: str) -> tuple[int, str]:
+    names = list(NODES)
+    return (names.index(node) if node in names else len(names), node)
