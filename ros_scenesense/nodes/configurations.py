@@ -1,0 +1,22 @@
+"""Parameters that belong to nodes alone: what depends on how images travel. Imports no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ros_scenesense.parameters import parameter
+from ros_scenesense.stages.grounding import GroundingConfiguration
+
+
+@dataclass(frozen=True)
+class GroundingNodeConfiguration(GroundingConfiguration):
+    """Parameters of the grounding node: those of its stage, and of its image topics."""
+
+    image_reliability: str = parameter(
+        "reliable",
+        "quality of service of the images; best_effort for a camera driver that offers no better",
+        choices=("reliable", "best_effort"),
+    )
+    image_timeout_s: float = parameter(
+        2.0, "seconds to wait for all images of one stamp before they are given up", minimum=0.05
+    )

@@ -1,0 +1,137 @@
+"""How a frame travels: four images of one stamp, published together and joined again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import CameraInfo, Image
+
+from ros_scenesense.errors import FrameError
+from ros_scenesense.messages.topics import QosClass
+from ros_scenesense.nodes.conversions import (
+    camera_info_message,
+    color_of,
+    depth_of,
+    header_of,
+    image_message,
+    instances_of,
+    intrinsics_of,
+    stamp_of,
+)
+from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.scene import Frame
+from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.join import SceneJoin
+
+TOPIC_OF_PART = {
+    "color": "camera/color/image_raw",
+    "depth": "camera/depth_registered/image_rect",
+    "camera_info": "camera/color/camera_info",
+    "instances": "camera/instances",
+}
+_TYPE_OF_PART = {"color": Image, "depth": Image, "camera_info": CameraInfo, "instances": Image}
+_READ_PART: dict[str, Callable[[Any], Any]] = {
+    "color": color_of,
+    "depth": depth_of,
+    "camera_info": intrinsics_of,
+    "instances": instances_of,
+}
+
+
+class FramePublisher:
+    """Publishes frames.
+
+    Attributes:
+        publishers: By part.
+    """
+
+    def __init__(self, node: Node) -> None:
+        profile = profile_of(QosClass.FRAME)
+        self.publishers: dict[str, Publisher] = {
+            part: node.create_publisher(_TYPE_OF_PART[part], topic, profile)
+            for part, topic in TOPIC_OF_PART.items()
+        }
+
+    def publish(self, frame: Frame) -> None:
+        """Publishes the parts of a frame, all with its stamp."""
+        header = header_of(frame.stamp_ns, frame.frame_id)
+        messages = {
+            "color": image_message(header, frame.color, "rgb8"),
+            "depth": image_message(header, frame.depth, "32FC1"),
+            "camera_info": camera_info_message(header, frame.intrinsics),
+        }
+        if frame.instances is not None:
+            messages["instances"] = image_message(header, frame.instances, "16UC1")
+        for part, message in messages.items():
+            self.publishers[part].publish(message)
+
+
+class FrameSubscription:
+    """Joins the four images of a stamp to a frame; what is wrong or missing becomes a problem.
+
+    Args:
+        node: Gets the subscriptions.
+        health: Takes the problems.
+        take: Called with each frame.
+        reliability: `reliable` or `best_effort`, as the camera driver publishes.
+        timeout_s: How long the images of one stamp are waited for.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        health: Health,
+        take: Callable[[Frame], None],
+        reliability: str,
+        timeout_s: float,
+    ) -> None:
+        self._node = node
+        self._health = health
+        self._take = take
+        # No memory of finished frames: one that is shown again must reach the stage again.
+        self._join = SceneJoin(tuple(TOPIC_OF_PART), timeout_s, memory=0)
+        for part, topic in TOPIC_OF_PART.items():
+            callback = partial(self._receive, part)
+            profile = profile_of(QosClass.FRAME, reliability)
+            node.create_subscription(_TYPE_OF_PART[part], topic, callback, profile)
+
+    def expire(self, now_ns: int) -> None:
+        """Gives up the frames that waited too long; called regularly."""
+        for stamp_ns, missing in self._join.expired(now_ns):
+            topics = ", ".join(TOPIC_OF_PART[part] for part in missing)
+            self._health.problem(
+                "incomplete_frame",
+                f"frame of stamp {stamp_ns} ns is dropped: no image with this stamp on {topics} "
+                f"within {self._join.timeout_s:g} s; publish all with one header.stamp",
+            )
+
+    def _receive(self, part: str, message: Any) -> None:
+        stamp_ns = stamp_of(message.header)
+        try:
+            value = _READ_PART[part](message)
+        except FrameError as error:
+            # It still takes its place in the join: its frame is dropped with this one warning.
+            self._health.problem(f"bad_{part}", f"frame of stamp {stamp_ns} ns is dropped: {error}")
+            value = None
+        received = (message.header.frame_id, value)
+        parts = self._join.add(stamp_ns, part, received, self._now_ns())
+        if parts is not None and all(value is not None for _, value in parts.values()):
+            self._assemble(stamp_ns, parts)
+
+    def _assemble(self, stamp_ns: int, parts: dict[str, Any]) -> None:
+        frame_id = parts["color"][0]
+        values = {part: value for part, (_, value) in parts.items()}
+        intrinsics = values.pop("camera_info")
+        try:
+            frame = Frame(stamp_ns, frame_id, intrinsics=intrinsics, **values)
+        except FrameError as error:
+            self._health.problem("bad_frame", f"frame of stamp {stamp_ns} ns is dropped: {error}")
+            return
+        self._take(frame)
+
+    def _now_ns(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)

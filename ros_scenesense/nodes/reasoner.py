@@ -1,0 +1,75 @@
+"""The node `reasoner`: decides stability and occlusion; shows its decisions as markers."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from visualization_msgs.msg import MarkerArray
+
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.grounding import Objects, Relations
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
+from ros_scenesense.messages.scenes import Labels, Scene
+from ros_scenesense.messages.topics import QosClass
+from ros_scenesense.nodes.base import StageNode
+from ros_scenesense.nodes.markers import markers_of
+from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.nodes.running import run
+from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.protocol import Incoming
+from ros_scenesense.stages.reasoner import ReasonerConfiguration, ReasonerStage
+
+_PARTS: dict[type[Any], str] = {Objects: "objects", Relations: "relations", Beliefs: "beliefs"}
+
+
+class ReasonerNode(StageNode):
+    """Gives `ReasonerStage` its topics, and RViz its markers."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(
+            "reasoner",
+            ReasonerConfiguration,
+            ReasonerStage,
+            subscribes=(Scene, Relations, Objects, Labels),
+            publishes=(Beliefs, Estimates, Verdicts, Knowledge),
+            **node_options,
+        )
+
+    def connect(self) -> None:
+        """Adds the markers of the newest scene."""
+        super().connect()
+        self._marked = SceneJoin(tuple(_PARTS.values()), timeout_s=60.0)
+        self._markers = self.create_publisher(MarkerArray, "markers", profile_of(QosClass.STATE))
+        self._publish_beliefs = self.publish_as[Beliefs]
+        self.publish_as[Beliefs] = self._publish_with_markers
+
+    def take(self, item: Incoming) -> None:
+        """Keeps what the markers are made of."""
+        if isinstance(item, Objects | Relations):
+            self._mark(item)
+        super().take(item)
+
+    def tick(self) -> None:
+        """Forgets the markers of scenes that were never decided."""
+        self._marked.expired(self.get_clock().now().nanoseconds)
+        super().tick()
+
+    def _publish_with_markers(self, beliefs: Beliefs) -> None:
+        self._publish_beliefs(beliefs)
+        self._mark(beliefs)
+
+    def _mark(self, item: Objects | Relations | Beliefs) -> None:
+        now_ns = self.get_clock().now().nanoseconds
+        parts = self._marked.add(item.scene_id, _PARTS[type(item)], item, now_ns)
+        if parts is not None:
+            self._markers.publish(markers_of(**parts))
+
+
+def main() -> int:
+    """Runs the node; returns its exit code."""
+    return run("reasoner", ReasonerNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

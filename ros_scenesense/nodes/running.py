@@ -1,0 +1,72 @@
+"""Runs one node until it is asked to stop: the `main` of every node."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+from ros_scenesense.errors import ParameterError, SceneSenseError
+from ros_scenesense.nodes.base import StageNode
+from ros_scenesense.nodes.registry import LAUNCHER_VARIABLE
+
+
+def run(name: str, make_node: Callable[[], StageNode]) -> int:
+    """Initialises ROS, spins the node, shuts down.
+
+    Args:
+        name: Begins the one line on the standard error that says why a node does not start.
+        make_node: Makes the node once ROS is initialised.
+
+    Returns:
+        0 when asked to stop (SIGINT, SIGTERM), 2 for a wrong parameter, 1 if it cannot start.
+    """
+    node: StageNode | None = None
+    try:
+        _initialise()
+        node = make_node()
+        _end_with_launcher(node)
+        # Measured: one thread lost no message at 200 Hz, the multi-threaded executor half of them.
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+        return 0
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except SceneSenseError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2 if isinstance(error, ParameterError) else 1
+    except Exception:
+        # A signal while the node is being built invalidates its context under its feet.
+        if rclpy.ok():
+            raise
+        return 0
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _end_with_launcher(node: StageNode) -> None:
+    launcher = os.environ.get(LAUNCHER_VARIABLE)
+    if launcher is None:
+        return
+
+    def check() -> None:
+        if str(os.getppid()) != launcher:
+            node.get_logger().warning("the launcher is gone: ending")
+            rclpy.try_shutdown()
+
+    node.create_timer(1.0, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def _initialise() -> None:
+    try:
+        rclpy.init()
+    except RuntimeError as error:
+        words = str(error).partition(", at ")[0]
+        raise ParameterError(f"the ROS arguments are wrong: {words}") from error

@@ -1,0 +1,100 @@
+"""The node `simulated_camera`: publishes frames, scenes and labels; paced by `estimates`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from std_srvs.srv import Trigger
+
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
+from ros_scenesense.nodes.base import StageNode
+from ros_scenesense.nodes.conversions import header_of, pose_message
+from ros_scenesense.nodes.frames import FramePublisher
+from ros_scenesense.nodes.running import run
+from ros_scenesense.scene import Frame
+from ros_scenesense.stages.protocol import Outgoing
+from ros_scenesense.stages.simulated_camera import (
+    SimulatedCameraConfiguration,
+    SimulatedCameraStage,
+)
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # it comes with a full ROS 2, not with the wheels
+    TFMessage = None
+
+WORLD_FRAME = "world"
+
+
+class SimulatedCameraNode(StageNode):
+    """Gives `SimulatedCameraStage` its images, `/tf` and services."""
+
+    stage: SimulatedCameraStage
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(
+            "simulated_camera",
+            SimulatedCameraConfiguration,
+            SimulatedCameraStage,
+            subscribes=(Estimates,),
+            publishes=(Scene, Labels, SceneLost),
+            **node_options,
+        )
+
+    def connect(self) -> None:
+        """Adds the images, `/tf` and the services."""
+        super().connect()
+        self._frames = FramePublisher(self)
+        self.publish_as[Frame] = self._publish_frame
+        self._transforms = None
+        if TFMessage is None:
+            self.get_logger().info("tf2_msgs is not installed: /tf is not published")
+        else:
+            self._transforms = self.create_publisher(TFMessage, "/tf", QoSProfile(depth=100))
+        self._serve("next_scene", self.stage.next_scene, "one more scene will be shown")
+        self._serve("reset", self.stage.reset, "a new session begins")
+
+    def tick(self) -> None:
+        """Shows nothing before somebody takes all the images."""
+        self.stage.audience = self.has_subscribers(*self._frames.publishers.values())
+        super().tick()
+
+    def _serve(self, name: str, method: Callable[[int], list[Outgoing]], answer: str) -> None:
+        def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            self.call(method)
+            response.success, response.message = True, answer
+            return response
+
+        self.create_service(Trigger, name, serve)
+
+    def _publish_frame(self, frame: Frame) -> None:
+        if self._transforms is not None and frame.camera_pose is not None:
+            self._transforms.publish(TFMessage(transforms=[_transform_of(frame)]))
+        self._frames.publish(frame)
+
+
+def _transform_of(frame: Frame) -> Any:
+    from geometry_msgs.msg import TransformStamped, Vector3
+
+    assert frame.camera_pose is not None
+    pose = pose_message(frame.camera_pose)
+    transform = TransformStamped(
+        header=header_of(frame.stamp_ns, WORLD_FRAME), child_frame_id=frame.frame_id
+    )
+    x, y, z = frame.camera_pose.position
+    transform.transform.translation = Vector3(x=float(x), y=float(y), z=float(z))
+    transform.transform.rotation = pose.orientation
+    return transform
+
+
+def main() -> int:
+    """Runs the node; returns its exit code."""
+    return run("simulated_camera", SimulatedCameraNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,384 @@
+"""The launcher: what it refuses to start, and real processes started, watched and stopped."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+from conftest import Probe
+from rclpy.node import Node
+
+from ros_scenesense.cli import launch
+from ros_scenesense.cli.main import main as command
+from ros_scenesense.errors import LaunchError, ParameterError
+from ros_scenesense.launcher import Graph, GraphOptions
+from ros_scenesense.launcher import process as launcher_process
+from ros_scenesense.launcher.parameter_values import parameter_values, write_parameter_values
+from ros_scenesense.launcher.process import NodeProcess, stop_all
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.grounding import Groundings
+from ros_scenesense.nodes.registry import NODES
+
+# What is refused before anything starts
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"nodes": ("camera",)}, "node 'camera' is unknown"),
+        ({"namespace": "/a b"}, "namespace '/a b'"),
+        ({"domain_id": 400}, "from 0 to 232"),
+        ({"discovery": "MOON"}, "LOCALHOST, SUBNET"),
+        ({"silence_s": 0.1}, "at least 1"),
+        ({"silence_s": float("nan")}, "at least 1"),
+    ],
+)
+def test_wrong_options_are_one_line(options, said):
+    with pytest.raises(ParameterError) as refused:
+        GraphOptions(**options)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        ({"simulated_camera": {"in_flight": "0"}}, "an integer from 1 to 32"),
+        ({"simulated_camera": {"in_flite": "2"}}, "'in_flite' is unknown, known are: arrangement"),
+        ({"moon": {"phase": "1"}}, "node 'moon' is not started"),
+    ],
+)
+def test_wrong_overrides_name_node_parameter_and_range(overrides, said):
+    with pytest.raises(ParameterError, match=r"simulated_camera|moon") as refused:
+        Graph(GraphOptions(overrides=overrides))
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "cannot be read"),
+        ("- 1", "section"),
+        ("grounding: 5", "'grounding' must hold 'ros__parameters'"),
+        ("/**/grounding: {ros__parameters: {min_pts: 5}}", "'min_pts' is unknown"),
+        ("/**/grounding: {ros__parameters: {min_points: -5}}", "an integer of at least 1"),
+        ("/**/grounding: {ros__parameters: {min_points: [5]}}", "an integer of at least 1"),
+    ],
+)
+def test_wrong_params_files_are_one_line(tmp_path, text, said):
+    file = tmp_path / "params.yaml"
+    file.write_text(text)
+    with pytest.raises(ParameterError) as refused:
+        parameter_values(GraphOptions(parameters_file=file))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_missing_params_file_is_named(tmp_path):
+    with pytest.raises(ParameterError, match=r"nowhere\.yaml"):
+        parameter_values(GraphOptions(parameters_file=tmp_path / "nowhere.yaml"))
+
+
+# Which values the nodes get
+
+
+@pytest.mark.parametrize(
+    ("key", "matches"),
+    [
+        ("grounding", True),
+        ("/**/grounding", True),
+        ("/**", True),
+        ("/room/grounding", True),
+        ("/room/*", True),
+        ("/*/grounding", True),
+        ("/grounding", False),
+        ("/*", False),
+        ("/other/grounding", False),
+        ("/room/grounding_control", False),
+    ],
+)
+def test_sections_are_found_by_the_wildcards_of_ros(tmp_path, key, matches):
+    file = tmp_path / "params.yaml"
+    file.write_text(yaml.safe_dump({key: {"ros__parameters": {"seed": 9}}}))
+    options = GraphOptions(nodes=("grounding",), namespace="/room", parameters_file=file)
+    assert parameter_values(options) == {"grounding": {"seed": 9} if matches else {}}
+
+
+def test_overrides_beat_the_state_folder_and_both_the_file(tmp_path):
+    file = tmp_path / "params.yaml"
+    file.write_text(
+        "simulated_camera:\n"
+        "  ros__parameters: {seed: 1, scenes: 2, state_dir: /a, use_sim_time: true}\n"
+    )
+    options = GraphOptions(
+        nodes=("simulated_camera",),
+        parameters_file=file,
+        state_dir=tmp_path / "state",
+        overrides={"simulated_camera": {"seed": "7", "resend_s": "3"}},
+    )
+    values = parameter_values(options)["simulated_camera"]
+    expected = {"seed": 7, "scenes": 2, "resend_s": 3.0, "use_sim_time": True}
+    assert values == {**expected, "state_dir": str(tmp_path / "state")}
+    assert isinstance(values["resend_s"], float)
+
+
+def test_written_values_are_keyed_by_full_names(tmp_path):
+    options = GraphOptions(nodes=("grounding",), namespace="/room")
+    write_parameter_values(tmp_path / "out.yaml", options, {"grounding": {"seed": 3}})
+    written = yaml.safe_load((tmp_path / "out.yaml").read_text())
+    assert written == {"/room/grounding": {"ros__parameters": {"seed": 3}}}
+
+
+def test_environment_keeps_what_the_user_set(monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/mine.xml")
+    kept = GraphOptions().environment()
+    assert kept["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+    assert kept["FASTRTPS_DEFAULT_PROFILES_FILE"] == "/mine.xml"
+    assert "ROS_DOMAIN_ID" not in kept
+    asked = GraphOptions(discovery="LOCALHOST", domain_id=7).environment()
+    assert (asked["ROS_AUTOMATIC_DISCOVERY_RANGE"], asked["ROS_DOMAIN_ID"]) == ("LOCALHOST", "7")
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE")
+    shipped = GraphOptions().environment()
+    assert shipped["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    assert shipped["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("fastdds_profile.xml")
+
+
+def test_overrides_of_the_command_line():
+    assert launch.parse_overrides(["a.x=1", "a.y=b=c", "b.z="]) == {
+        "a": {"x": "1", "y": "b=c"},
+        "b": {"z": ""},
+    }
+    for wrong in ("a.x", "x=1", "=1", "a.=1"):
+        with pytest.raises(ParameterError, match=r"node\.parameter=value"):
+            launch.parse_overrides([wrong])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-p", "simulated_camera.in_flight=0"], "an integer from 1 to 32"),
+        (["-p", "nonsense"], "node.parameter=value"),
+        (["--nodes", "camera"], "node 'camera' is unknown"),
+        (["--domain-id", "999"], "from 0 to 232"),
+        (["--params", "/no/such.yaml"], "/no/such.yaml"),
+    ],
+)
+def test_wrong_command_lines_end_with_one_line_and_exit_code_2(capfd, words, said):
+    assert command(["launch", *words]) == 2
+    error = capfd.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+# The policy of restarts, without processes
+
+
+class Clock:
+    now = 1000.0
+
+    def monotonic(self):
+        return self.now
+
+
+def test_delays_double_and_too_many_deaths_end_it(monkeypatch, tmp_path):
+    clock = Clock()
+    monkeypatch.setattr(launcher_process, "time", clock)
+    node = NodeProcess("node", [], {}, tmp_path / "node.log")
+    assert [node.plan_restart() for _ in range(6)] == [0.5, 1.0, 2.0, 4.0, 8.0, None]
+    # Old deaths are forgotten.
+    clock.now += launcher_process.RESTART_WINDOW_S + 1.0
+    assert node.plan_restart() == 0.5
+
+
+def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch, tmp_path):
+    script = (
+        "import signal, subprocess, sys, time\n"
+        "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+        "print(child.pid, flush=True)\n"
+        "time.sleep(60)\n"
+    )
+    steps = ((signal.SIGINT, 0.2), (signal.SIGTERM, 0.2), (signal.SIGKILL, 5.0))
+    monkeypatch.setattr(launcher_process, "STOP_STEPS", steps)
+    node = NodeProcess("node", [], dict(os.environ), tmp_path / "node.log")
+    node._command = [sys.executable, "-c", script]
+    node.start()
+    assert holds(lambda: node.last_lines())
+    child = int(node.last_lines()[0])
+    stop_all([node])
+    assert node.exit_code == -signal.SIGKILL
+    assert holds(lambda: not is_running(child))
+
+
+def holds(condition, timeout_s: float = 20.0) -> bool:
+    """Waits for a condition on processes, which nothing but asking tells of."""
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def is_running(pid: int) -> bool:
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
+
+
+# Real processes
+
+
+class Launched:
+    """The running graph, its reports, and the estimates that it gives."""
+
+    def __init__(self, tmp_path):
+        self.reports = []
+        options = GraphOptions(
+            log_dir=tmp_path,
+            silence_s=2.0,
+            overrides={"simulated_camera": {"autostart": "true", "resend_s": "2"}},
+        )
+        self.graph = Graph(options, self.reports.append)
+        self.graph.start()
+        self.node = Node("probe", namespace=options.namespace, context=self.graph.context)
+        self.graph.executor.add_node(self.node)
+        self.probe = Probe(self.node)
+        self.estimates = self.probe.collect(Estimates)
+
+    def wait_for_scenes(self, more: int) -> bool:
+        goal = len(self.estimates) + more
+        return self.graph.spin_until(lambda: len(self.estimates) >= goal, timeout_s=40.0)
+
+    def said(self, words: str) -> bool:
+        return self.graph.spin_until(
+            lambda: any(words in line for line in self.reports), timeout_s=20.0
+        )
+
+
+@pytest.fixture(scope="module")
+def launched(tmp_path_factory):
+    running = Launched(tmp_path_factory.mktemp("logs"))
+    yield running
+    running.node.destroy_node()
+    running.graph.stop()
+
+
+def test_all_nodes_become_ready_and_decide_scenes(launched):
+    launched.graph.wait_ready(timeout_s=40.0)
+    assert launched.graph.ready_s >= max(node.ready_s for node in launched.graph.nodes.values())
+    assert launched.said("all nodes are ready")
+    assert launched.wait_for_scenes(3)
+
+
+def test_warnings_of_the_nodes_are_passed_on(launched):
+    publisher = launched.probe.publisher(Groundings)
+    assert launched.graph.spin_until(lambda: publisher.get_subscription_count() > 0, 20.0)
+    launched.probe.say_text(Groundings, "nonsense")
+    assert launched.said("grounding_control: message on 'groundings' is ignored")
+
+
+def test_a_killed_node_is_started_again_and_scenes_go_on(launched):
+    grounding = launched.graph.nodes["grounding"]
+    old = grounding.pid
+    os.kill(old, signal.SIGKILL)
+    assert launched.said("grounding died (killed by signal 9), starts again in 0.5 s")
+    assert launched.graph.spin_until(lambda: grounding.ready, timeout_s=20.0)
+    assert (grounding.pid != old, grounding.restarts) == (True, 1)
+    assert launched.wait_for_scenes(2)
+
+
+def test_a_silent_node_is_killed_and_started_again(launched):
+    control = launched.graph.nodes["grounding_control"]
+    os.kill(control.pid, signal.SIGSTOP)
+    assert launched.said("grounding_control gave no sign of life")
+    assert launched.graph.spin_until(lambda: control.ready and control.restarts == 1, 20.0)
+    assert launched.wait_for_scenes(2)
+
+
+def test_stopping_ends_all_nodes_cleanly(launched):
+    nodes = launched.graph.nodes.values()
+    workers = [pid for node in nodes for pid in children_of(node.pid)]
+    assert workers
+    launched.graph.executor.remove_node(launched.node)
+    launched.graph.stop()
+    assert {node.name: node.exit_code for node in nodes} == dict.fromkeys(NODES, 0)
+    assert holds(lambda: not any(map(is_running, workers)))
+    launched.graph.stop()
+
+
+def children_of(pid: int) -> list[int]:
+    """The processes that any thread of a process started."""
+    files = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(word) for file in files for word in file.read_text().split()]
+
+
+def test_a_node_that_cannot_start_is_named_with_the_end_of_its_log(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    options = GraphOptions(
+        nodes=("simulated_camera",), state_dir=tmp_path / "file", log_dir=tmp_path / "logs"
+    )
+    with Graph(options) as graph, pytest.raises(LaunchError) as failed:
+        graph.wait_ready(timeout_s=40.0)
+    assert "simulated_camera cannot start (exit code 1)" in str(failed.value)
+    assert str(tmp_path / "file") in str(failed.value).partition(":\n")[2]
+
+
+def test_a_parameter_that_the_node_itself_refuses_ends_with_its_line(tmp_path):
+    options = GraphOptions(
+        nodes=("reasoner",), log_dir=tmp_path, overrides={"reasoner": {"withheld": "s9"}}
+    )
+    with Graph(options) as graph, pytest.raises(ParameterError) as refused:
+        graph.wait_ready(timeout_s=40.0)
+    assert str(refused.value).startswith("reasoner: parameter 'withheld' is 's9'")
+    assert "\n" not in str(refused.value)
+
+
+def test_nodes_that_are_not_ready_in_time_are_named(tmp_path):
+    options = GraphOptions(nodes=("reasoner",), log_dir=tmp_path)
+    with Graph(options) as graph, pytest.raises(LaunchError, match="not ready after 0 s: reasoner"):
+        graph.wait_ready(timeout_s=0.0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_command_stops_cleanly(tmp_path, number):
+    arguments = ["--nodes", "grounding_control", "--log-dir", str(tmp_path)]
+    launcher = subprocess.Popen(
+        [sys.executable, "-m", "ros_scenesense.launcher", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        lines = []
+        for line in launcher.stdout:
+            lines.append(line)
+            if "all nodes are ready" in line:
+                launcher.send_signal(number)
+        assert launcher.wait(timeout=20.0) == 0, lines
+        assert lines[-1] == "all nodes are stopped\n"
+    finally:
+        launcher.kill()
+
+
+def test_nodes_end_when_their_launcher_is_killed(tmp_path):
+    arguments = ["--nodes", "grounding_control", "--log-dir", str(tmp_path)]
+    launcher = subprocess.Popen(
+        [sys.executable, "-m", "ros_scenesense.launcher", *arguments],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    for line in launcher.stdout:
+        if "all nodes are ready" in line:
+            break
+    [node] = children_of(launcher.pid)
+    launcher.kill()
+    launcher.wait()
+    assert holds(lambda: not is_running(node))
