@@ -97,8 +97,13 @@ class Client:
     def __init__(self, factory=Engine, **options):
         self.results = Results()
         self.warm = queue.Queue()
+        self.failed = queue.Queue()
         self.worker = WorkerProcess(
-            factory, self.results, warm=lambda: self.warm.put(None), **options
+            factory,
+            self.results,
+            warm=lambda: self.warm.put(None),
+            failed=self.failed.put,
+            **options,
         )
 
     def submit(self, method, *arguments, key="k", deadline_s=PATIENCE_S):
@@ -238,6 +243,14 @@ def test_a_job_past_its_deadline_is_killed_and_the_next_works(shared):
     assert is_gone(before)
 
 
+def test_after_a_job_brought_the_process_down_a_new_one_gets_warm_by_itself(shared):
+    shared.process()
+    while not shared.warm.empty():
+        shared.warm.get()
+    shared.fails("leave")
+    shared.warm.get(timeout=PATIENCE_S)
+
+
 def test_a_process_that_takes_no_data_is_killed_at_the_deadline(shared):
     before = shared.process()
     os.kill(before, signal.SIGSTOP)
@@ -246,23 +259,26 @@ def test_a_process_that_takes_no_data_is_killed_at_the_deadline(shared):
     assert is_gone(before)
 
 
-def test_an_engine_that_cannot_be_built_fails_each_job_once_and_is_not_retried_without_one(
+def test_an_engine_that_cannot_be_built_is_tried_once_at_the_start_and_once_for_each_job(
     clients, tmp_path
 ):
     log = tmp_path / "log"
     client = clients(partial(refuse, log))
+    reason = "the engine did not start: the program is missing"
+    assert client.failed.get(timeout=PATIENCE_S) == reason
     for _ in range(3):
-        failure = client.fails("process")
-        assert failure.reason == "the engine did not start: the program is missing"
+        assert client.fails("process").reason == reason
     client.worker.close()
-    assert len(log.read_text().split()) <= 4
+    assert len(log.read_text().split()) == 4
+    assert client.failed.qsize() == 3
     assert client.warm.empty()
 
 
-def test_an_engine_that_can_be_built_later_works_then(clients, tmp_path):
+def test_an_engine_that_cannot_be_built_at_first_costs_no_job(clients, tmp_path):
     client = clients(partial(refuse_once, tmp_path / "log"))
-    assert "the program is missing" in client.fails("process").reason
+    assert "the program is missing" in client.failed.get(timeout=PATIENCE_S)
     assert client.process()
+    assert client.warm.qsize() == 1
 
 
 def test_a_factory_that_cannot_be_sent_fails_the_job(clients):

@@ -68,11 +68,16 @@ class StateLiteral(Part, frozen=True):
 
 
 class Transition(Message, frozen=True, tag="transition/1"):
-    """State before, executed action, state after: what the learner learns action axioms from."""
+    """State before, executed action, state after: what the learner learns action axioms from.
+
+    `scene_before` and `scene_after` are the ids of the scenes in which the states were seen.
+    """
 
     id: Identifier
     episode_id: Identifier
     step: Count
+    scene_before: Identifier
+    scene_after: Identifier
     action: PlannedAction
     before: list[StateLiteral]
     after: list[StateLiteral]

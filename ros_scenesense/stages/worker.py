@@ -62,8 +62,8 @@ class WorkerProcess:
     """Runs jobs in a process of their own, one after the other.
 
     The process is started before the first job comes, so that it finds a warm engine, and again
-    whenever it died. If the engine cannot be built, each job gets that failure and causes one new
-    attempt. The process dies with this one, at once and without a call of the engine's `close`.
+    whenever a job brought it down. If the engine cannot be built, each job makes one new attempt.
+    The process dies with this one, at once and without a call of the engine's `close`.
 
     Args:
         factory: Picklable; builds the engine in the process.
@@ -117,15 +117,16 @@ class WorkerProcess:
 
     def _serve(self) -> None:
         try:
-            while not self._closing:
-                failure = self._ensure_process()
-                job = self._next_job()
-                if job is None:
-                    return
+            self._ensure_process()
+            while (job := self._next_job()) is not None:
                 # While it waited for the job the process may have died.
-                result = failure or self._ensure_process() or self._execute(job)
-                if not self._closing:
-                    self._done(job, result)
+                failure = self._ensure_process()
+                result = failure or self._execute(job)
+                if self._closing:
+                    return
+                self._done(job, result)
+                if failure is None:
+                    self._ensure_process()
         finally:
             self._discard()
 
