@@ -1,7 +1,8 @@
 """Finds the data that is shipped with the package, however it was installed.
 
-`asp/`, `msg_defs/` and `config/` stand at the top of the source tree. An installed package
-carries them inside itself (see `setup.py`); an editable install finds them beside the package.
+`asp/`, `msg_defs/` and `config/` stand at the top of the source tree. An installed package carries
+them inside itself, as `data/` (see `setup.py`); an editable install, and a colcon build with
+symbolic links, use the source tree, where they stand beside the package.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from pathlib import Path
 
 from ros_scenesense.errors import SceneSenseError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parent  # the source tree, where the file is a symbolic link
 
 
 def resource(folder: str, name: str = "") -> Path:
@@ -23,12 +24,8 @@ def resource(folder: str, name: str = "") -> Path:
     Raises:
         SceneSenseError: If it is not there; the installation is broken.
     """
-    # An editable install's source tree comes first: it is what the developer edits.
-    for base in (_PACKAGE.parent, _PACKAGE / "data"):
-        if (base / "setup.py").is_file() or base.name == "data":
-            path = base / folder / name
-            if path.exists():
-                return path
-    raise SceneSenseError(
-        f"{folder}/{name} is missing from the installation in {_PACKAGE}: reinstall ros_scenesense"
-    )
+    inside = _PACKAGE / "data"
+    path = (inside if inside.is_dir() else _PACKAGE.parent) / folder / name
+    if not path.exists():
+        raise SceneSenseError(f"{path} is missing from the installation: reinstall ros_scenesense")
+    return path

@@ -47,4 +47,5 @@ def _section(node: str) -> str:
 
 
 def _yaml(parameter: Parameter) -> str:
-    return yaml.safe_dump(parameter.default, default_flow_style=True).removesuffix("...\n").strip()
+    text: str = yaml.safe_dump(parameter.default, default_flow_style=True)
+    return text.removesuffix("...\n").strip()
