@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 import pytest
+from hypothesis import settings
 
 from ros_scenesense.resources import resource
 
@@ -21,6 +22,10 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(resource("config", "fastdds_profile.xml"))
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# A property is judged by its answer, not by its time: the machine may be busy.
+settings.register_profile("scenesense", deadline=None)
+settings.load_profile("scenesense")
 
 NAMESPACE = "/scenesense"
 NodeT = TypeVar("NodeT")

@@ -124,7 +124,7 @@ class Flood(RuleBasedStateMachine):
 
 
 TestFlood = Flood.TestCase
-TestFlood.settings = settings(max_examples=30, deadline=None)
+TestFlood.settings = settings(max_examples=30)
 
 
 def test_what_was_pushed_out_is_bounded_even_if_nobody_asks():

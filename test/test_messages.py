@@ -42,7 +42,7 @@ HEARTBEAT = Heartbeat(
 TRUST = Trust(stamp=STAMP, revision=1, qsr=0.5, msr=0.25, feedback_count=2)
 
 every_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-quick = settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+quick = settings(max_examples=20, suppress_health_check=list(HealthCheck))
 
 
 def refused(payload, kind):
