@@ -58,8 +58,9 @@ class SceneLost(_SceneMessage, frozen=True, tag="scene_lost/1"):
 class ObjectLabel(Part, frozen=True):
     """Truth about one object, by physics and by visible pixels.
 
-    `visible_fraction` = visible pixels / pixels the object would have alone; None when the
-    object would not be in the image even alone.
+    `visible_fraction` = visible pixels / pixels the object would have alone, with only what it
+    carries: its load covers its top, which does not count as hiding it. None when the object
+    would not be in the image even alone.
     """
 
     name: Name

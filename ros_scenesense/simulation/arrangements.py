@@ -1,0 +1,201 @@
+"""Draws what stands where: the paper's towers, spread and intersection.
+
+Source: section *Occlusion and Stability Estimation* of the paper's experimental set-up. A layout is
+pure geometry on the table; the physics world finds the heights.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from ros_scenesense.scene import Size, Surface
+from ros_scenesense.simulation.catalogue import CATALOGUE, CatalogueItem, Color, Shape
+
+
+class Arrangement(StrEnum):
+    """How objects are arranged; `mixed` takes the other three in turn, scene by scene."""
+
+    TOWERS = "towers"
+    SPREAD = "spread"
+    INTERSECTION = "intersection"
+    MIXED = "mixed"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """An object of a layout.
+
+    Attributes:
+        item: What it is.
+        color: Its colour, unique in the layout.
+        x_m: Forward coordinate of its centre of mass in the world.
+        y_m: Left coordinate of its centre of mass in the world.
+        yaw_rad: Its rotation about up.
+        support: Index of the piece that it stands on; None for the table.
+    """
+
+    item: CatalogueItem
+    color: Color
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    support: int | None = None
+
+    @property
+    def name(self) -> str:
+        """`<colour>_<shape>`."""
+        return f"{self.color}_{self.item.shape}"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The pieces of a scene, supports before what they carry."""
+
+    arrangement: Arrangement
+    pieces: tuple[Piece, ...]
+
+    def supports(self) -> list[tuple[str, str]]:
+        """Pairs (upper, lower) of names."""
+        return [
+            (piece.name, self.pieces[piece.support].name)
+            for piece in self.pieces
+            if piece.support is not None
+        ]
+
+
+def draw_layout(
+    arrangement: Arrangement, index: int, view_yaw_rad: float, rng: np.random.Generator
+) -> Layout:
+    """Draws a layout.
+
+    Args:
+        arrangement: What to draw.
+        index: Number of the scene, which decides for `mixed`.
+        view_yaw_rad: Direction in which the viewer will look, about up.
+        rng: Source of all randomness.
+    """
+    if arrangement is Arrangement.MIXED:
+        arrangement = _IN_TURN[index % len(_IN_TURN)]
+    colors = [list(Color)[i] for i in rng.permutation(len(Color))]
+    stacked, alone = 0, 0
+    if arrangement is Arrangement.TOWERS:
+        stacked = int(rng.integers(2, len(colors) + 1))
+    elif arrangement is Arrangement.INTERSECTION:
+        stacked = int(rng.integers(2, len(colors)))
+        alone = int(rng.integers(1, min(3, len(colors) - stacked) + 1))
+    else:
+        alone = len(colors)
+    structures = [_draw_stack(colors[:stacked], rng)] if stacked else []
+    for color in colors[stacked : stacked + alone]:
+        structures.append([Piece(_draw_item(rng), color, 0.0, 0.0, _draw_yaw(rng))])
+    return Layout(arrangement, _place(structures, view_yaw_rad, rng))
+
+
+_IN_TURN = (Arrangement.TOWERS, Arrangement.SPREAD, Arrangement.INTERSECTION)
+
+# Of the objects that carry another one, this share is irregular. More would leave few stacks
+# whose stability is a question of alignment.
+_IRREGULAR_SUPPORT_SHARE = 0.10
+# This share of stacks is sorted with the largest object at the bottom, as people stack.
+_SORTED_SHARE = 0.6
+# Alignment law: an object's centre of mass lies anywhere in a disc of this radius about that of
+# its support. It is absolute, so the larger the base, the safer the stack.
+_OFFSET_M = 0.043
+# Yet the objects must overlap: at most this share of the sum of their half widths.
+_LARGEST_OVERLAP_OFFSET = 0.75
+# A structure is placed next to one that is there: this share in line with it and the viewer, the
+# others beside it. Ranges of the gap between the two, and of how far it is out of line.
+_IN_LINE_SHARE = 0.5
+_GAP_IN_LINE_M = (0.02, 0.05)
+_GAP_BESIDE_M = (0.02, 0.10)
+_OUT_OF_LINE_M = 0.03
+_LEAST_GAP_M = 0.02
+
+_FLAT_ITEMS = [item for item in CATALOGUE if item.surface is Surface.FLAT]
+_IRREGULAR_ITEMS = [item for item in CATALOGUE if item.surface is Surface.IRREGULAR]
+_DUCKS = [item for item in CATALOGUE if item.shape is Shape.DUCK]
+_SIZE_RANK = {Size.LARGE: 0, Size.MEDIUM: 1, Size.SMALL: 2}
+
+
+def _draw_item(rng: np.random.Generator) -> CatalogueItem:
+    return CATALOGUE[int(rng.integers(len(CATALOGUE)))]
+
+
+def _draw_yaw(rng: np.random.Generator) -> float:
+    return float(rng.uniform(-math.pi, math.pi))
+
+
+def _draw_stack(colors: Sequence[Color], rng: np.random.Generator) -> list[Piece]:
+    """A stack whose bottom stands at the origin; supports are indices into the stack."""
+    items: list[CatalogueItem] = []
+    for _ in colors[:-1]:
+        choice = _FLAT_ITEMS
+        if rng.random() < _IRREGULAR_SUPPORT_SHARE:
+            # A sphere under a load rolls away; on the table that would be the bottom's own fall.
+            choice = _IRREGULAR_ITEMS if items else _DUCKS
+        items.append(choice[int(rng.integers(len(choice)))])
+    items.append(_draw_item(rng))
+    if rng.random() < _SORTED_SHARE:
+        sizes = sorted((item.size for item in items), key=_SIZE_RANK.__getitem__)
+        items = [CatalogueItem(item.shape, size) for item, size in zip(items, sizes, strict=True)]
+    pieces: list[Piece] = []
+    for item, color in zip(items, colors, strict=True):
+        if not pieces:
+            pieces.append(Piece(item, color, 0.0, 0.0, _draw_yaw(rng)))
+            continue
+        below = pieces[-1]
+        limit = _LARGEST_OVERLAP_OFFSET * (item.width_m + below.item.width_m) / 2.0
+        offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
+        direction = _draw_yaw(rng)
+        x = below.x_m + offset * math.cos(direction)
+        y = below.y_m + offset * math.sin(direction)
+        pieces.append(Piece(item, color, x, y, _draw_yaw(rng), len(pieces) - 1))
+    return pieces
+
+
+def _place(
+    structures: Sequence[Sequence[Piece]], view_yaw_rad: float, rng: np.random.Generator
+) -> tuple[Piece, ...]:
+    """Moves the structures, each drawn at the origin, next to each other without touching."""
+    placed: list[Piece] = []
+    for structure in structures:
+        moved = list(structure)
+        while not all(_apart(piece, other) for piece in moved for other in placed):
+            shift = _draw_neighbour(placed, structure[0], view_yaw_rad, rng)
+            moved = [replace(p, x_m=p.x_m + shift[0], y_m=p.y_m + shift[1]) for p in structure]
+        first = len(placed)
+        placed.extend(
+            replace(piece, support=None if piece.support is None else first + piece.support)
+            for piece in moved
+        )
+    return tuple(placed)
+
+
+def _draw_neighbour(
+    placed: Sequence[Piece], piece: Piece, view_yaw_rad: float, rng: np.random.Generator
+) -> tuple[float, float]:
+    """A place next to one of those that stand on the table."""
+    standing = [other for other in placed if other.support is None]
+    anchor = standing[int(rng.integers(len(standing)))]
+    in_line = rng.random() < _IN_LINE_SHARE
+    gap = rng.uniform(*(_GAP_IN_LINE_M if in_line else _GAP_BESIDE_M))
+    distance = anchor.item.radius_m + piece.item.radius_m + gap
+    out_of_line = rng.uniform(-_OUT_OF_LINE_M, _OUT_OF_LINE_M)
+    side = float(rng.choice([-1.0, 1.0]))
+    # Along the viewer's line of sight, then to its left.
+    along, left = (side * distance, out_of_line) if in_line else (out_of_line, side * distance)
+    cosine, sine = math.cos(view_yaw_rad), math.sin(view_yaw_rad)
+    return (
+        anchor.x_m + along * cosine - left * sine,
+        anchor.y_m + along * sine + left * cosine,
+    )
+
+
+def _apart(piece: Piece, other: Piece) -> bool:
+    distance = math.hypot(piece.x_m - other.x_m, piece.y_m - other.y_m)
+    return distance >= piece.item.radius_m + other.item.radius_m + _LEAST_GAP_M

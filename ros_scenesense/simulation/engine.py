@@ -1,0 +1,247 @@
+"""Simulated scenes: an RGB-D frame with the truth about stability and occlusion, by physics.
+
+Source: the paper's section *Occlusion and Stability Estimation* of the experimental set-up. Bullet
+is imported when the engine is built, in the worker process: configurations are read everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ros_scenesense.errors import SimulationError
+from ros_scenesense.geometry import Pose
+from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLabel
+from ros_scenesense.parameters import parameter, parameters_of
+from ros_scenesense.scene import Frame, find_structures
+from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
+from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
+from ros_scenesense.simulation.stability import stability, structure_stability
+from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
+
+if TYPE_CHECKING:
+    from ros_scenesense.simulation.camera import Picture
+
+CAMERA_FRAME = "camera_color_optical_frame"
+
+
+@dataclass(frozen=True)
+class SimulationConfiguration:
+    """Parameters of the simulated world and its camera."""
+
+    arrangement: str = parameter(
+        "mixed",
+        "how objects are arranged; mixed takes towers, spread and intersection in turn",
+        choices=tuple(str(arrangement) for arrangement in Arrangement),
+    )
+    width: int = parameter(320, "width of the images in pixels", minimum=64, maximum=1920)
+    height: int = parameter(240, "height of the images in pixels", minimum=64, maximum=1080)
+    field_of_view_deg: float = parameter(
+        40.0, "vertical field of view of the camera in degrees", minimum=20.0, maximum=90.0
+    )
+    pitch_min_deg: float = parameter(
+        15.0, "least angle in degrees at which the camera looks down", minimum=5.0, maximum=60.0
+    )
+    pitch_max_deg: float = parameter(
+        30.0, "largest angle in degrees at which the camera looks down", minimum=5.0, maximum=60.0
+    )
+    yaw_deg: float = parameter(
+        30.0,
+        "the camera stands behind the table's centre, turned about it by up to this many degrees",
+        minimum=0.0,
+        maximum=180.0,
+    )
+    shadows: bool = parameter(True, "whether objects cast shadows")
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedObject:
+    """Where an object was when the picture was taken.
+
+    Attributes:
+        piece: What it is.
+        pose: Pose in the world; the origin is its centre of mass, its z axis points up.
+    """
+
+    piece: Piece
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedScene:
+    """A scene with its truth.
+
+    Attributes:
+        frame: The images; stamp 0, instance ids 1 to n in the order of `objects`.
+        objects: What is known of every object.
+        object_labels: Truth about every object, in the order of `objects`.
+        structure_labels: Truth about every structure, sorted by its members.
+        arrangement: `towers`, `spread` or `intersection`.
+        supports: Pairs (upper, lower) of names: what stands on what.
+        placed: Where every object is, in the order of `objects`.
+    """
+
+    frame: Frame
+    objects: list[KnownObject]
+    object_labels: list[ObjectLabel]
+    structure_labels: list[StructureLabel]
+    arrangement: str
+    supports: list[tuple[str, str]]
+    placed: list[PlacedObject]
+
+
+class SimulationEngine:
+    """Makes simulated scenes; one physics client, kept until `close`.
+
+    Args:
+        configuration: Parameters of all scenes.
+
+    Raises:
+        ParameterError: If a parameter is out of its range.
+        SimulationError: If parameters contradict each other, or Bullet cannot be started.
+    """
+
+    def __init__(self, configuration: SimulationConfiguration) -> None:
+        from ros_scenesense.simulation.camera import Camera
+        from ros_scenesense.simulation.world import World
+
+        _check(configuration)
+        self._configuration = configuration
+        self._intrinsics = renderer_intrinsics(
+            configuration.width, configuration.height, configuration.field_of_view_deg
+        )
+        self._world = World()
+        self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
+
+    def scene(self, seed: int, index: int) -> SimulatedScene:
+        """Makes one scene. The same (configuration, seed, index) always gives the same scene.
+
+        Args:
+            seed: Seed of a series of scenes.
+            index: Number of the scene in the series.
+
+        Raises:
+            SimulationError: If seed or index is negative, or the engine was closed.
+        """
+        if seed < 0 or index < 0:
+            raise SimulationError(f"scene (seed {seed}, index {index}): both must be at least 0")
+        if self._world.client < 0:
+            raise SimulationError("this engine was closed: make a new one")
+        shot = self._shoot(seed, index)
+        layout = shot.layout
+        fractions = visible_fractions(
+            self._world, self._camera, shot.pose, layout, shot.picture.bodies
+        )
+        structures = find_structures([piece.name for piece in layout.pieces], layout.supports())
+        stable = stability(self._world, structures, _rng(seed, index, "jitter"))
+        return SimulatedScene(
+            frame=self._frame(shot),
+            objects=[_known(number, piece) for number, piece in enumerate(layout.pieces, 1)],
+            object_labels=[
+                ObjectLabel(
+                    name=piece.name,
+                    stable=stable[piece.name],
+                    occluded=occlusion(fraction),
+                    visible_fraction=fraction,
+                )
+                for piece, fraction in zip(layout.pieces, fractions, strict=True)
+            ],
+            structure_labels=[
+                StructureLabel(members=list(members), stable=structure_stability(members, stable))
+                for members in structures
+            ],
+            arrangement=str(layout.arrangement),
+            supports=layout.supports(),
+            placed=[PlacedObject(body.piece, body.pose) for body in self._world.bodies],
+        )
+
+    def close(self) -> None:
+        """Ends the physics client."""
+        self._world.close()
+
+    def _shoot(self, seed: int, index: int) -> _Shot:
+        """Draws, builds and photographs scenes until the camera sees something of every object."""
+        configuration = self._configuration
+        arrangement = Arrangement(configuration.arrangement)
+        least_pixels = _LEAST_SHARE * configuration.width * configuration.height
+        for attempt in range(_ATTEMPTS):
+            rng = _rng(seed, index, "view", attempt)
+            yaw = math.radians(configuration.yaw_deg) * rng.uniform(-1.0, 1.0)
+            layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
+            self._world.build(layout.pieces)
+            pose = frame_scene(
+                self._world.corners(),
+                self._intrinsics,
+                pitch_rad=math.radians(
+                    rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
+                ),
+                yaw_rad=yaw,
+                distance_factor=rng.uniform(1.0, _FARTHEST),
+            )
+            picture = self._camera.picture(pose, draw_light(rng))
+            if all(
+                np.count_nonzero(picture.bodies == body.id) >= least_pixels
+                for body in self._world.bodies
+            ):
+                return _Shot(layout, pose, picture)
+        raise SimulationError(
+            f"scene (seed {seed}, index {index}): the camera misses an object in each of "
+            f"{_ATTEMPTS} attempts: change pitch_min_deg and pitch_max_deg"
+        )
+
+    def _frame(self, shot: _Shot) -> Frame:
+        instances = np.zeros(shot.picture.bodies.shape, dtype=np.uint16)
+        for number, body in enumerate(self._world.bodies, 1):
+            instances[shot.picture.bodies == body.id] = number
+        return Frame(
+            stamp_ns=0,
+            frame_id=CAMERA_FRAME,
+            color=shot.picture.color,
+            depth=shot.picture.depth,
+            intrinsics=self._intrinsics,
+            instances=instances,
+            camera_pose=shot.pose,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Shot:
+    layout: Layout
+    pose: Pose
+    picture: Picture
+
+
+# An object of which less than this share of the image is seen is as good as not there.
+_LEAST_SHARE = 0.0005
+_ATTEMPTS = 100
+# The camera stands at most this many times as far as it must to see everything.
+_FARTHEST = 1.3
+
+
+def _rng(seed: int, index: int, purpose: str, attempt: int = 0) -> np.random.Generator:
+    """A generator for each purpose: a change to one leaves what the others draw as it was."""
+    return np.random.default_rng([seed, index, *purpose.encode(), attempt])
+
+
+def _check(configuration: SimulationConfiguration) -> None:
+    for declared in parameters_of(type(configuration)):
+        declared.check(getattr(configuration, declared.name))
+    low, high = configuration.pitch_min_deg, configuration.pitch_max_deg
+    if low > high:
+        raise SimulationError(
+            f"pitch_min_deg is {low:g}, pitch_max_deg is {high:g}: the first must not be larger"
+        )
+
+
+def _known(number: int, piece: Piece) -> KnownObject:
+    return KnownObject(
+        instance=number,
+        name=piece.name,
+        size=piece.item.size,
+        surface=piece.item.surface,
+        shape=str(piece.item.shape),
+        color=str(piece.color),
+    )

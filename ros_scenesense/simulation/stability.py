@@ -1,0 +1,95 @@
+"""Stability labels: time runs, and who has moved was not stable.
+
+Judged structure by structure: for the test the structures stand far apart, so that a bystander
+that would be hit by somebody else's fall keeps its own label. Repeated with small displacements;
+where the repetitions disagree, the label is ambiguous.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.scene import Truth, structure_truth
+
+if TYPE_CHECKING:
+    from ros_scenesense.simulation.world import World
+
+UNSTABLE_DISPLACEMENT_M = 0.02
+JITTER_M = 0.0015
+REPETITIONS = 3
+
+
+def stability(
+    world: World, structures: Sequence[tuple[str, ...]], rng: np.random.Generator
+) -> dict[str, Truth]:
+    """Stability of every body of the world; leaves the bodies displaced.
+
+    Args:
+        world: The world as built.
+        structures: Names of the members of each structure.
+        rng: Source of the displacements.
+
+    Returns:
+        By name: TRUE if the centre of mass of the object stays within 2 cm for two seconds in
+        every repetition, FALSE if in none, else AMBIGUOUS. The first repetition is as built, in
+        the others each object is displaced horizontally by 1.5 mm in a random direction.
+    """
+    apart = _apart(world, structures)
+    moved = np.zeros((REPETITIONS, len(world.bodies)), dtype=bool)
+    for repetition in range(REPETITIONS):
+        angles = rng.uniform(-np.pi, np.pi, len(world.bodies))
+        jitter = JITTER_M * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
+        moved[repetition] = _moved(world, apart + (jitter if repetition else 0.0))
+    return {body.piece.name: _truth(moved[:, index]) for index, body in enumerate(world.bodies)}
+
+
+def structure_stability(members: Iterable[str], stable: Mapping[str, Truth]) -> Truth:
+    """Label of a structure: unstable if a member surely is, stable only if all surely are."""
+    known = {Truth.TRUE: True, Truth.FALSE: False}
+    truth = structure_truth(members, {name: known.get(value) for name, value in stable.items()})
+    return Truth.AMBIGUOUS if truth is None else Truth.TRUE if truth else Truth.FALSE
+
+
+_APART_M = 2.0
+_STEPS = 480
+_CHECK_STEPS = 12
+# From here on a body that stands still is taken to stay; one that has moved this far has fallen.
+_FIRST_REST_STEP = 72
+_REST_SPEED_M_S = 0.004
+_FALLEN_M = 0.06
+
+
+def _apart(world: World, structures: Sequence[tuple[str, ...]]) -> npt.NDArray[np.float64]:
+    """Shift (N, 3) of every body that puts the structures side by side, far from each other."""
+    number = {name: i for i, members in enumerate(structures) for name in members}
+    shifts = np.zeros((len(world.bodies), 3))
+    shifts[:, 1] = [_APART_M * number[body.piece.name] for body in world.bodies]
+    return shifts
+
+
+def _moved(world: World, shifts: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Whether each body moves when it starts at rest where it was built plus its shift."""
+    for body, shift in zip(world.bodies, shifts, strict=True):
+        world.move(body, shift)
+    start = previous = world.positions()
+    for step in range(_CHECK_STEPS, _STEPS + 1, _CHECK_STEPS):
+        world.step(_CHECK_STEPS)
+        now = world.positions()
+        displacement = np.linalg.norm(now - start, axis=1)
+        speed = np.linalg.norm(now - previous, axis=1) * 240.0 / _CHECK_STEPS
+        at_rest = (speed < _REST_SPEED_M_S) & (step >= _FIRST_REST_STEP)
+        if np.all(at_rest | (displacement > _FALLEN_M)):
+            break
+        previous = now
+    moved: npt.NDArray[np.bool_] = displacement > UNSTABLE_DISPLACEMENT_M
+    return moved
+
+
+def _truth(moved: npt.NDArray[np.bool_]) -> Truth:
+    if np.all(moved):
+        return Truth.FALSE
+    return Truth.AMBIGUOUS if np.any(moved) else Truth.TRUE

@@ -1,0 +1,90 @@
+"""From where, and in which light, a scene is seen: drawn so that every object is in the image."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.geometry import Intrinsics, Pose, Vector, look_at, transform_points
+
+
+@dataclass(frozen=True)
+class Light:
+    """Light of a scene: direction towards the lamp, and shares of ambient and diffuse light."""
+
+    direction: Vector
+    ambient: float
+    diffuse: float
+
+
+def draw_light(rng: np.random.Generator) -> Light:
+    """A lamp high on the camera's side of the scene, as a room has it."""
+    azimuth = rng.uniform(math.radians(110.0), math.radians(250.0))
+    elevation = rng.uniform(math.radians(50.0), math.radians(75.0))
+    direction = (
+        math.cos(elevation) * math.cos(azimuth),
+        math.cos(elevation) * math.sin(azimuth),
+        math.sin(elevation),
+    )
+    return Light(direction, float(rng.uniform(0.45, 0.6)), float(rng.uniform(0.4, 0.55)))
+
+
+def renderer_intrinsics(width: int, height: int, field_of_view_deg: float) -> Intrinsics:
+    """Intrinsics of an image of the renderer with this vertical field of view.
+
+    Its pixel centres lie on the image's middle column, but one row above the middle row: found by
+    comparing its depth with known planes.
+    """
+    focal = height / 2.0 / math.tan(math.radians(field_of_view_deg) / 2.0)
+    return Intrinsics(width, height, focal, focal, width / 2.0, height / 2.0 - 1.0)
+
+
+def frame_scene(
+    corners: npt.NDArray[np.floating],
+    intrinsics: Intrinsics,
+    pitch_rad: float,
+    yaw_rad: float,
+    distance_factor: float,
+) -> Pose:
+    """Pose of a camera that has everything in the image.
+
+    Args:
+        corners: (N, 3) points in the world, metres, that must be in the image.
+        intrinsics: Of the camera.
+        pitch_rad: How far it looks down.
+        yaw_rad: Direction it looks in, about up; 0 = along the world's x axis.
+        distance_factor: 1 = as near as possible, 1.3 = 30 % farther away.
+
+    Returns:
+        Pose of the optical frame in the world.
+    """
+    target = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    forward = np.array(
+        [
+            math.cos(pitch_rad) * math.cos(yaw_rad),
+            math.cos(pitch_rad) * math.sin(yaw_rad),
+            -math.sin(pitch_rad),
+        ]
+    )
+
+    def eye_at(distance: float) -> Vector:
+        x, y, z = (float(value) for value in target - distance * forward)
+        return (x, y, z)
+
+    middle: Vector = (float(target[0]), float(target[1]), float(target[2]))
+    optical = np.linalg.inv(look_at(eye_at(1.0), middle).matrix())
+    right, down, depth = transform_points(optical, corners).T
+    tangent_x = _FILL * intrinsics.width / 2.0 / intrinsics.fx
+    tangent_y = _FILL * intrinsics.height / 2.0 / intrinsics.fy
+    # Seen from the distance 1 + d a corner has the depth `depth + d`.
+    farther = np.maximum(np.abs(right) / tangent_x, np.abs(down) / tangent_y) - depth
+    nearest = max(1.0 + float(farther.max()), _NEAREST_M)
+    return look_at(eye_at(distance_factor * nearest), middle)
+
+
+# The nearest camera leaves a margin about the objects, and does not come closer than a sensor may.
+_FILL = 0.92
+_NEAREST_M = 0.35

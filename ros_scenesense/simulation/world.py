@@ -1,0 +1,226 @@
+"""The physics world: a table, the bodies of one scene, and what happens when time runs.
+
+One Bullet client lives as long as the world; shapes are cached, bodies removed after each scene.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pybullet
+
+from ros_scenesense.errors import SimulationError
+from ros_scenesense.geometry import Pose, Quaternion
+from ros_scenesense.simulation.arrangements import Piece
+from ros_scenesense.simulation.catalogue import CatalogueItem, Color, Shape
+from ros_scenesense.simulation.shapes import collision_arguments, visual_arguments
+
+TABLE_EDGE_M = 2.0
+TABLE_COLOR = (0.45, 0.36, 0.31)
+COLORS = {
+    Color.RED: (0.80, 0.12, 0.10),
+    Color.GREEN: (0.10, 0.60, 0.16),
+    Color.BLUE: (0.12, 0.22, 0.80),
+    Color.YELLOW: (0.90, 0.78, 0.10),
+    Color.WHITE: (0.90, 0.90, 0.90),
+}
+
+
+@dataclass(frozen=True)
+class Body:
+    """An object in the world.
+
+    Attributes:
+        id: Bullet's id of the body.
+        piece: What it is.
+        pose: Where it was put; the origin is its centre of mass, z is up in its own frame.
+    """
+
+    id: int
+    piece: Piece
+    pose: Pose
+
+
+class World:
+    """A table whose top is the plane z = 0 of the world frame, and the bodies on it.
+
+    Raises:
+        SimulationError: If Bullet cannot be started.
+    """
+
+    def __init__(self) -> None:
+        self.client = pybullet.connect(pybullet.DIRECT)
+        if self.client < 0:
+            raise SimulationError("no physics client is left: close engines that are not used")
+        self.bodies: list[Body] = []
+        self._collisions: dict[CatalogueItem, int] = {}
+        self._visuals: dict[tuple[CatalogueItem, Color], int] = {}
+        # Bullet orders contacts by the history of the world unless it is told to sort them.
+        pybullet.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1, physicsClientId=self.client
+        )
+        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
+        self._table = self._make_table()
+
+    def build(self, pieces: Sequence[Piece]) -> list[Body]:
+        """Replaces the bodies by these; each is lowered until it touches what is below."""
+        self.clear()
+        for piece in pieces:
+            self.bodies.append(self._put(piece))
+        return self.bodies
+
+    def clear(self) -> None:
+        """Removes all bodies."""
+        for body in self.bodies:
+            pybullet.removeBody(body.id, physicsClientId=self.client)
+        self.bodies = []
+
+    def move(self, body: Body, shift: npt.ArrayLike) -> None:
+        """Puts a body, at rest, where it was built plus a shift (3,) in metres."""
+        pybullet.resetBasePositionAndOrientation(
+            body.id,
+            np.asarray(body.pose.position) + np.asarray(shift),
+            body.pose.orientation,
+            physicsClientId=self.client,
+        )
+
+    def show_only(self, names: Collection[str]) -> None:
+        """Puts these bodies where they were built; everything else, the table too, out of sight."""
+        for body in self.bodies:
+            self.move(body, np.zeros(3) if body.piece.name in names else _OUT_OF_SIGHT)
+        self._move_table(_OUT_OF_SIGHT)
+
+    def reset(self) -> None:
+        """Puts everything where it was built, at rest."""
+        for body in self.bodies:
+            self.move(body, np.zeros(3))
+        self._move_table(np.zeros(3))
+
+    def corners(self) -> npt.NDArray[np.float64]:
+        """Corners (8 N, 3) of the upright boxes about the N bodies as they stand, metres."""
+        boxes = [pybullet.getAABB(body.id, physicsClientId=self.client) for body in self.bodies]
+        return np.array(
+            [
+                [box[i][0], box[j][1], box[k][2]]
+                for box in boxes
+                for i, j, k in itertools.product((0, 1), repeat=3)
+            ]
+        )
+
+    def positions(self) -> npt.NDArray[np.float64]:
+        """Centres of mass of all bodies, (N, 3) metres."""
+        return np.array(
+            [
+                pybullet.getBasePositionAndOrientation(body.id, physicsClientId=self.client)[0]
+                for body in self.bodies
+            ]
+        )
+
+    def step(self, count: int) -> None:
+        """Lets time run, in steps of 1/240 s."""
+        for _ in range(count):
+            pybullet.stepSimulation(physicsClientId=self.client)
+
+    def close(self) -> None:
+        """Ends the client; the world cannot be used afterwards."""
+        if self.client >= 0:
+            pybullet.disconnect(physicsClientId=self.client)
+            self.client = -1
+
+    def _make_table(self) -> int:
+        half = [TABLE_EDGE_M / 2.0, TABLE_EDGE_M / 2.0, _TABLE_THICKNESS_M / 2.0]
+        # The ground that carries is wider than the table one sees: room for structures apart.
+        collision = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=[20.0, 20.0, half[2]], physicsClientId=self.client
+        )
+        visual = pybullet.createVisualShape(
+            pybullet.GEOM_BOX,
+            halfExtents=half,
+            rgbaColor=[*TABLE_COLOR, 1.0],
+            physicsClientId=self.client,
+        )
+        table = pybullet.createMultiBody(
+            0.0, collision, visual, [0.0, 0.0, -half[2]], physicsClientId=self.client
+        )
+        pybullet.changeDynamics(table, -1, lateralFriction=1.0, physicsClientId=self.client)
+        return int(table)
+
+    def _move_table(self, shift: npt.NDArray[np.float64]) -> None:
+        pybullet.resetBasePositionAndOrientation(
+            self._table,
+            np.array([0.0, 0.0, -_TABLE_THICKNESS_M / 2.0]) + shift,
+            [0.0, 0.0, 0.0, 1.0],
+            physicsClientId=self.client,
+        )
+
+    def _put(self, piece: Piece) -> Body:
+        collision, visual = self._shape(piece.item, piece.color)
+        # Above everything that is there; then lowered.
+        top = sum(body.piece.item.height_m for body in self.bodies) + piece.item.height_m
+        orientation = pybullet.getQuaternionFromEuler([0.0, 0.0, piece.yaw_rad])
+        body_id = int(
+            pybullet.createMultiBody(
+                piece.item.mass_kg,
+                collision,
+                visual,
+                [piece.x_m, piece.y_m, top],
+                orientation,
+                physicsClientId=self.client,
+            )
+        )
+        friction = {"lateralFriction": 0.8}
+        if piece.item.shape is Shape.SPHERE:
+            # Enough to keep a sphere where it was put, too little to hold up what is put on it.
+            friction |= {"rollingFriction": 0.0003}
+        pybullet.changeDynamics(body_id, -1, **friction, physicsClientId=self.client)
+        z = self._lower(body_id, piece, top, orientation)
+        return Body(body_id, piece, Pose((piece.x_m, piece.y_m, z), orientation))
+
+    def _lower(self, body: int, piece: Piece, z: float, orientation: Quaternion) -> float:
+        """Conservative advancement: down by the distance to the nearest thing until it touches.
+
+        A body may always sink by its distance, so it never enters another, however irregular.
+        """
+        others = [self._table, *(other.id for other in self.bodies)]
+        for _ in range(_LOWERING_STEPS):
+            gap = min(self._gap(body, other) for other in others)
+            if gap < _CONTACT_GAP_M:
+                break
+            z -= gap
+            pybullet.resetBasePositionAndOrientation(
+                body, [piece.x_m, piece.y_m, z], orientation, physicsClientId=self.client
+            )
+        return z
+
+    def _gap(self, body: int, other: int) -> float:
+        points = pybullet.getClosestPoints(body, other, 10.0, physicsClientId=self.client)
+        return min((float(point[8]) for point in points), default=math.inf)
+
+    def _shape(self, item: CatalogueItem, color: Color) -> tuple[int, int]:
+        """Ids of the collision and of the visual shape, each made once."""
+        if item not in self._collisions:
+            arguments = collision_arguments(item)
+            self._collisions[item] = int(
+                pybullet.createCollisionShape(**arguments, physicsClientId=self.client)
+            )
+        if (item, color) not in self._visuals:
+            self._visuals[item, color] = int(
+                pybullet.createVisualShape(
+                    **visual_arguments(item),
+                    rgbaColor=[*COLORS[color], 1.0],
+                    specularColor=[0.1, 0.1, 0.1],
+                    physicsClientId=self.client,
+                )
+            )
+        return self._collisions[item], self._visuals[item, color]
+
+
+_TABLE_THICKNESS_M = 0.1
+_OUT_OF_SIGHT = np.array([0.0, 0.0, -50.0])
+_CONTACT_GAP_M = 0.0002
+_LOWERING_STEPS = 60

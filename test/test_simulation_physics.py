@@ -1,0 +1,161 @@
+"""What physics says: stability labels, surfaces, and who is hidden by whom."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from ros_scenesense.scene import Size, Surface, Truth
+from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece
+from ros_scenesense.simulation.camera import Camera
+from ros_scenesense.simulation.catalogue import CATALOGUE, CatalogueItem, Color, Shape
+from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
+from ros_scenesense.simulation.stability import stability, structure_stability
+from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.world import World
+
+SMALL_CUBE = CatalogueItem(Shape.CUBE, Size.SMALL)
+MEDIUM_CUBE = CatalogueItem(Shape.CUBE, Size.MEDIUM)
+LARGE_CUBE = CatalogueItem(Shape.CUBE, Size.LARGE)
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    world = World()
+    yield world
+    world.close()
+
+
+def piece(
+    item: CatalogueItem, color: Color, x: float = 0.0, y: float = 0.0, support: int | None = None
+) -> Piece:
+    return Piece(item, color, x, y, 0.0, support)
+
+
+def labels(world: World, *structures: list[Piece], seed: int = 0) -> dict[str, Truth]:
+    world.build([member for structure in structures for member in structure])
+    names = [tuple(member.name for member in structure) for structure in structures]
+    return stability(world, names, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("item", CATALOGUE, ids=lambda item: f"{item.size}_{item.shape}")
+def test_surface_is_flat_iff_a_centred_cube_stays(world: World, item: CatalogueItem) -> None:
+    stack = [piece(item, Color.RED), piece(SMALL_CUBE, Color.BLUE, support=0)]
+    stays = labels(world, stack)["blue_cube"] is Truth.TRUE
+    assert stays == (item.surface is Surface.FLAT)
+
+
+@pytest.mark.parametrize("item", CATALOGUE, ids=lambda item: f"{item.size}_{item.shape}")
+def test_what_stands_alone_stays(world: World, item: CatalogueItem) -> None:
+    assert labels(world, [piece(item, Color.RED)]) == {f"red_{item.shape}": Truth.TRUE}
+
+
+def test_an_overhang_falls_and_leaves_its_support(world: World) -> None:
+    stack = [
+        piece(LARGE_CUBE, Color.RED),
+        piece(MEDIUM_CUBE, Color.BLUE, y=0.02, support=0),
+        piece(SMALL_CUBE, Color.WHITE, y=0.02 + 0.045, support=1),
+    ]
+    assert labels(world, stack) == {
+        "red_cube": Truth.TRUE,
+        "blue_cube": Truth.TRUE,
+        "white_cube": Truth.FALSE,
+    }
+
+
+def test_a_load_at_the_edge_is_ambiguous(world: World) -> None:
+    stack = [piece(SMALL_CUBE, Color.RED), piece(SMALL_CUBE, Color.BLUE, y=0.0245, support=0)]
+    found = {labels(world, stack, seed=seed)["blue_cube"] for seed in range(6)}
+    assert Truth.AMBIGUOUS in found
+
+
+def test_a_bystander_that_would_be_hit_keeps_its_own_label(world: World) -> None:
+    stack = [
+        piece(CatalogueItem(Shape.CYLINDER, Size.LARGE), Color.RED),
+        piece(LARGE_CUBE, Color.BLUE, y=0.07, support=0),
+    ]
+    bystander = piece(CatalogueItem(Shape.SPHERE, Size.SMALL), Color.WHITE, y=0.16)
+    assert labels(world, stack, [bystander])["white_sphere"] is Truth.TRUE
+    # Judged as one structure it is hit: so standing apart is what protects it.
+    assert labels(world, [*stack, bystander])["white_sphere"] is Truth.FALSE
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        ([Truth.TRUE, Truth.TRUE], Truth.TRUE),
+        ([Truth.TRUE, Truth.AMBIGUOUS], Truth.AMBIGUOUS),
+        ([Truth.AMBIGUOUS, Truth.FALSE], Truth.FALSE),
+        ([Truth.TRUE, Truth.FALSE], Truth.FALSE),
+    ],
+)
+def test_structures_follow_their_members(members: list[Truth], expected: Truth) -> None:
+    stable = {str(number): value for number, value in enumerate(members)}
+    assert structure_stability(stable, stable) is expected
+
+
+def test_bodies_touch_what_carries_them(world: World) -> None:
+    duck = CatalogueItem(Shape.DUCK, Size.LARGE)
+    world.build([piece(duck, Color.RED), piece(MEDIUM_CUBE, Color.BLUE, support=0)])
+    corners = world.corners().reshape(2, 8, 3)
+    assert corners[0, :, 2].min() == pytest.approx(0.0, abs=0.0015)
+    # The collision shapes' boxes are padded by up to a millimetre.
+    assert corners[1, :, 2].min() == pytest.approx(duck.height_m, abs=0.004)
+
+
+def fractions(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[float]:
+    intrinsics = renderer_intrinsics(320, 240, 40.0)
+    camera = Camera(world, intrinsics, shadows=False)
+    world.build(pieces)
+    pose = frame_scene(world.corners(), intrinsics, math.radians(pitch_deg), 0.0, 1.1)
+    picture = camera.picture(pose, draw_light(np.random.default_rng(0)))
+    layout = Layout(Arrangement.SPREAD, tuple(pieces))
+    return visible_fractions(world, camera, pose, layout, picture.bodies)
+
+
+def test_what_stands_in_front_hides(world: World) -> None:
+    rear, front, aside = fractions(
+        world,
+        [
+            piece(SMALL_CUBE, Color.RED, x=0.12),
+            piece(LARGE_CUBE, Color.BLUE),
+            piece(MEDIUM_CUBE, Color.WHITE, y=0.2),
+        ],
+    )
+    assert rear < 0.3
+    assert front == pytest.approx(1.0, abs=0.01)
+    assert aside == pytest.approx(1.0, abs=0.01)
+
+
+def test_half_of_an_object_is_half_visible(world: World) -> None:
+    # Nearly level, from nearly straight ahead: the left half of the rear cube shows.
+    rear, _ = fractions(
+        world,
+        [piece(LARGE_CUBE, Color.RED, x=0.105), piece(LARGE_CUBE, Color.BLUE, y=-0.05)],
+        pitch_deg=5.0,
+    )
+    assert 0.4 < rear < 0.65
+
+
+def test_a_load_does_not_occlude_its_support(world: World) -> None:
+    below, above = fractions(
+        world, [piece(MEDIUM_CUBE, Color.RED), piece(MEDIUM_CUBE, Color.BLUE, support=0)], 30.0
+    )
+    assert below >= 0.97
+    assert above >= 0.97
+
+
+@pytest.mark.parametrize(
+    ("fraction", "expected"),
+    [
+        (0.0, Truth.TRUE),
+        (0.899, Truth.TRUE),
+        (0.90, Truth.AMBIGUOUS),
+        (0.969, Truth.AMBIGUOUS),
+        (0.97, Truth.FALSE),
+        (1.0, Truth.FALSE),
+    ],
+)
+def test_occlusion_has_an_ambiguous_band(fraction: float, expected: Truth) -> None:
+    assert occlusion(fraction) is expected
