@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import msgspec
 import pytest
 import yaml
 from conftest import Probe
@@ -17,11 +18,13 @@ from ros_scenesense.cli import launch
 from ros_scenesense.cli.main import main as command
 from ros_scenesense.errors import LaunchError, ParameterError
 from ros_scenesense.launcher import Graph, GraphOptions
+from ros_scenesense.launcher import graph as launcher_graph
 from ros_scenesense.launcher import process as launcher_process
 from ros_scenesense.launcher.parameter_values import parameter_values, write_parameter_values
 from ros_scenesense.launcher.process import NodeProcess, stop_all
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Groundings
+from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.nodes.registry import NODES
 
 # What is refused before anything starts
@@ -148,6 +151,20 @@ def test_environment_keeps_what_the_user_set(monkeypatch):
     shipped = GraphOptions().environment()
     assert shipped["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert shipped["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("fastdds_profile.xml")
+
+
+def test_only_the_newest_logs_are_kept(monkeypatch, tmp_path):
+    monkeypatch.setattr(launcher_graph.platformdirs, "user_log_path", lambda *_, **__: tmp_path)
+    for number in range(20):
+        (tmp_path / f"launch-2000010{number:02d}").mkdir()
+    (tmp_path / "mine").mkdir()
+    with Graph(GraphOptions(nodes=())) as graph:
+        assert graph.log_dir.parent == tmp_path
+    left = sorted(path.name for path in tmp_path.iterdir())
+    assert len(left) == launcher_graph.KEPT_LOGS + 1
+    assert graph.log_dir.name in left
+    assert "mine" in left
+    assert "launch-200001000" not in left
 
 
 def test_overrides_of_the_command_line():
@@ -285,6 +302,16 @@ def test_warnings_of_the_nodes_are_passed_on(launched):
     assert launched.said("grounding_control: message on 'groundings' is ignored")
 
 
+def test_a_second_graph_in_the_same_room_is_told_of(launched):
+    stranger = msgspec.structs.replace(
+        launched.graph.nodes["reasoner"].heartbeat, process_id=os.getpid()
+    )
+    publisher = launched.probe.publisher(Heartbeat)
+    assert launched.graph.spin_until(lambda: publisher.get_subscription_count() > 0, 20.0)
+    launched.probe.say(stranger)
+    assert launched.said(f"a node 'reasoner' of somebody else (process {os.getpid()})")
+
+
 def test_a_killed_node_is_started_again_and_scenes_go_on(launched):
     grounding = launched.graph.nodes["grounding"]
     old = grounding.pid
@@ -301,6 +328,13 @@ def test_a_silent_node_is_killed_and_started_again(launched):
     assert launched.said("grounding_control gave no sign of life")
     assert launched.graph.spin_until(lambda: control.ready and control.restarts == 1, 20.0)
     assert launched.wait_for_scenes(2)
+
+
+def test_own_nodes_are_no_strangers(launched):
+    pids = {str(node.pid) for node in launched.graph.nodes.values()}
+    told = [line for line in launched.reports if "somebody else" in line]
+    assert len(told) == 1
+    assert not any(pid in told[0] for pid in pids)
 
 
 def test_stopping_ends_all_nodes_cleanly(launched):

@@ -86,9 +86,13 @@ def test_cloud_round_trip(count, seed):
     assert (back.stamp_ns, back.frame_id) == (5, "camera")
 
 
-def test_pose_and_intrinsics_round_trip():
+def test_pose_transform_and_intrinsics():
     pose = Pose(position=(1.0, -2.0, 0.5), orientation=(0.0, 0.6, 0.0, 0.8))
     assert conversions.pose_of_message(conversions.pose_message(pose)) == pose
+    transform = conversions.transform_message(7, "world", "camera", pose)
+    assert (transform.header.frame_id, transform.child_frame_id) == ("world", "camera")
+    assert transform.transform.translation.y == -2.0
+    assert transform.transform.rotation.w == 0.8
     camera = Intrinsics(width=4, height=3, fx=10.0, fy=11.0, cx=1.5, cy=1.0)
     assert conversions.intrinsics_of(conversions.camera_info_message(header(), camera)) == camera
 

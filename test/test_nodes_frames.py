@@ -30,7 +30,7 @@ def a_frame(stamp_ns: int = 1) -> Frame:
 class Camera:
     """Publishes frames to a subscription; `spoil` changes a part's messages on their way."""
 
-    def __init__(self, room):
+    def __init__(self, room, reliability="reliable"):
         self.room = room
         self.health = Health()
         self.frames = []
@@ -38,7 +38,7 @@ class Camera:
         self.receiver = room.add(Node, "receiver")
         self.publisher = FramePublisher(sender)
         self.subscription = FrameSubscription(
-            self.receiver, self.health, self.frames.append, "reliable", TIMEOUT_S
+            self.receiver, self.health, self.frames.append, reliability, TIMEOUT_S
         )
         publishers = self.publisher.publishers
         assert room.wait_for(
@@ -90,6 +90,11 @@ def test_frames_arrive_as_they_were_sent(camera):
         for field in dataclasses.fields(Frame):
             np.testing.assert_array_equal(getattr(received, field.name), getattr(frame, field.name))
     assert not camera.health.counters
+
+
+def test_a_driver_that_publishes_best_effort_is_heard(ros_room):
+    camera = Camera(ros_room, "best_effort")
+    assert ros_room.wait_for(lambda: camera.publisher.publish(a_frame()) or camera.frames)
 
 
 def test_a_frame_that_is_shown_again_arrives_again(camera):

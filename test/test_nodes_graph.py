@@ -187,6 +187,14 @@ def test_wrong_images_are_counted_and_the_next_scene_decided(graph, part, image,
     graph.probe.node.destroy_publisher(publisher)
 
 
+def test_a_service_that_fails_says_so(graph, monkeypatch):
+    monkeypatch.setattr(graph.camera.stage, "_begin", lambda _session: 1 / 0)
+    answer = graph.call(graph.reset)
+    assert (answer.success, answer.message) == (False, "failed: see the node's log")
+    monkeypatch.undo()
+    assert graph.show_scene().objects
+
+
 def test_reset_begins_a_new_session(graph):
     old = graph.show_scene().scene_id
     assert graph.call(graph.reset).success

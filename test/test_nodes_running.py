@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from ros_scenesense.nodes import running
+
 NODE = "ros_scenesense.nodes.grounding_control"
 COMMAND = [sys.executable, "-m", "ros_scenesense.nodes", "grounding_control"]
 
@@ -75,3 +77,26 @@ def test_a_signal_during_the_start_gives_no_traceback(delay_s):
     _, error = node.communicate(timeout=20.0)
     assert node.returncode in (0, -signal.SIGINT)
     assert "Error" not in error
+
+
+def test_an_exception_in_any_callback_is_told_and_the_node_goes_on(monkeypatch):
+    class Failing:
+        def spin_once(self):
+            raise ValueError("in a callback")
+
+    class Node:
+        def __init__(self):
+            self.errors = []
+
+        def internal_error(self, error):
+            self.errors.append(str(error))
+
+    node = Node()
+    monkeypatch.setattr(running.rclpy, "ok", lambda: True)
+    running._spin_once(Failing(), node)
+    assert node.errors == ["in a callback"]
+    # A context that is shut down meanwhile is no error of the node.
+    monkeypatch.setattr(running.rclpy, "ok", lambda: False)
+    with pytest.raises(ValueError, match="in a callback"):
+        running._spin_once(Failing(), node)
+    assert node.errors == ["in a callback"]

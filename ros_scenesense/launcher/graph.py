@@ -67,11 +67,12 @@ class Graph:
         self.options = options
         self.nodes: dict[str, NodeProcess] = {}
         self.ready_s: float | None = None
-        self.log_dir = options.log_dir or _new_log_dir()
+        self.log_dir = options.log_dir or _own_log_dir()
         self._report = report
         self._values = parameter_values(options)
         self._node: Node | None = None
         self._started = 0.0
+        self._known: set[tuple[str, int | None]] = set()
 
     def __enter__(self) -> Graph:
         self.start()
@@ -146,6 +147,8 @@ class Graph:
 
     def _start_processes(self) -> None:
         self.log_dir.mkdir(parents=True, exist_ok=True)
+        if self.options.log_dir is None:
+            _remove_old_logs(self.log_dir.parent)
         file = self.log_dir / "params.yaml"
         write_parameter_values(file, self.options, self._values)
         arguments = ["--ros-args", "-r", f"__ns:={self.options.namespace}"]
@@ -158,7 +161,12 @@ class Graph:
         for name in self.options.nodes:
             log_path = self.log_dir / f"{name}.log"
             self.nodes[name] = NodeProcess(name, arguments, environment, log_path)
-            self.nodes[name].start()
+            self._start(self.nodes[name])
+
+    def _start(self, process: NodeProcess) -> None:
+        process.start()
+        # A heartbeat of a killed process may still be on its way when the next one runs.
+        self._known.add((process.name, process.pid))
 
     def _join_graph(self) -> None:
         self.context = Context()
@@ -184,6 +192,7 @@ class Graph:
             return
         process = self.nodes.get(heartbeat.node)
         if process is None or process.pid != heartbeat.process_id:
+            self._hear_stranger(heartbeat)
             return
         if process.heard(heartbeat):
             again = f" (restart {process.restarts})" if process.restarts else ""
@@ -191,6 +200,16 @@ class Graph:
         if self.ready_s is None and all(other.ready for other in self.nodes.values()):
             self.ready_s = self._elapsed_s()
             self._report(f"all nodes are ready after {self.ready_s:.1f} s")
+
+    def _hear_stranger(self, heartbeat: Heartbeat) -> None:
+        """Warns of a second graph in the same domain: their scenes would mix."""
+        stranger = (heartbeat.node, heartbeat.process_id)
+        if stranger not in self._known:
+            self._known.add(stranger)
+            self._report(
+                f"a node '{heartbeat.node}' of somebody else (process {heartbeat.process_id}) runs "
+                f"in {self.options.namespace} too: choose another --domain-id or --namespace"
+            )
 
     def _pass_on(self, message: Log) -> None:
         name = message.name.rpartition(".")[2]
@@ -201,7 +220,7 @@ class Graph:
         code = process.exit_code
         if process.restart_at is not None:
             if time.monotonic() >= process.restart_at:
-                process.start()
+                self._start(process)
         elif code is not None:
             self._restart_or_give_up(process, code)
         elif process.silent_s > (self.options.silence_s if process.ready else START_S):
@@ -240,10 +259,13 @@ def _level(value: int | bytes) -> int:
     return value if isinstance(value, int) else int.from_bytes(value, "little")
 
 
-def _new_log_dir() -> Path:
-    """The path of a new folder; of the old ones only the newest few are kept."""
-    parent = platformdirs.user_log_path("scenesense", appauthor=False)
+def _own_log_dir() -> Path:
+    """A folder that no other launcher uses."""
+    name = f"launch-{time.strftime('%Y%m%dT%H%M%S')}-{os.getpid()}"
+    return platformdirs.user_log_path("scenesense", appauthor=False) / name
+
+
+def _remove_old_logs(parent: Path) -> None:
     old = sorted(path for path in parent.glob("launch-*") if path.is_dir())
-    for path in old[: 1 - KEPT_LOGS]:
+    for path in old[:-KEPT_LOGS]:
         shutil.rmtree(path, ignore_errors=True)
-    return parent / f"launch-{time.strftime('%Y%m%dT%H%M%S')}-{os.getpid()}"

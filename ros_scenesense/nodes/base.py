@@ -94,21 +94,27 @@ class StageNode(Node):
             take = partial(self._take_json, message)
             self.create_subscription(String, topic.name, take, profile_of(topic.qos))
 
+    def tick(self) -> None:
+        """Gives the stage the time; subclasses may look at the graph first."""
+        self.call(self.stage.tick)
+
     def take(self, item: Incoming) -> None:
         """Gives the stage what was received; subclasses may look at it first."""
         self.call(self.stage.handle, item)
 
-    def call(self, method: Callable[..., list[Outgoing]], *arguments: Any) -> None:
+    def call(self, method: Callable[..., list[Outgoing]], *arguments: Any) -> bool:
         """Calls a method of the stage with the time last, publishes what it gives, runs its jobs.
 
-        Never raises for what happens inside.
+        Never raises for what happens inside; returns whether the method did its work.
         """
         now_ns = self.get_clock().now().nanoseconds
-        for item in self._guarded(method, *arguments, now_ns):
+        outgoing = self._guarded(method, *arguments, now_ns)
+        for item in outgoing or []:
             self.publish(item)
-        for job in self._guarded(self.stage.jobs):
+        for job in self._guarded(self.stage.jobs) or []:
             self._guarded(self._submit, job)
         self._problems.report()
+        return outgoing is not None
 
     def publish(self, item: Outgoing) -> None:
         """Publishes one item; what cannot be sent is a problem, not an exception."""
@@ -117,7 +123,16 @@ class StageNode(Node):
         except MessageError as error:
             self.health.problem("not_sent", str(error))
         except Exception as error:
-            self._internal_error(error)
+            self.internal_error(error)
+
+    def internal_error(self, error: Exception) -> None:
+        """Counts an exception that nobody expected; its traceback is logged once per place."""
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        words = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
+        self.health.problem("internal_error", f"internal error, the node goes on: {words}")
+        if (place.filename, place.lineno or 0) not in self._seen_errors:
+            self._seen_errors.add((place.filename, place.lineno or 0))
+            self.get_logger().error("".join(traceback.format_exception(error)))
 
     def has_subscribers(self, *publishers: Publisher) -> bool:
         """Whether somebody takes every one of these topics."""
@@ -145,10 +160,6 @@ class StageNode(Node):
         self.vital_signs.ready = True
         self.vital_signs.send_heartbeat()
         self.call(self.stage.start)
-
-    def tick(self) -> None:
-        """Gives the stage the time; subclasses may look at the graph first."""
-        self.call(self.stage.tick)
 
     def _open_publisher(self, message: type[AnyMessage]) -> None:
         topic = TOPICS[message]
@@ -199,15 +210,7 @@ class StageNode(Node):
 
     def _guarded(self, method: Callable[..., Any], *arguments: Any) -> Any:
         try:
-            return method(*arguments) or []
+            return method(*arguments)
         except Exception as error:
-            self._internal_error(error)
-            return []
-
-    def _internal_error(self, error: Exception) -> None:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        words = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
-        self.health.problem("internal_error", f"internal error, the node goes on: {words}")
-        if (place.filename, place.lineno or 0) not in self._seen_errors:
-            self._seen_errors.add((place.filename, place.lineno or 0))
-            self.get_logger().error("".join(traceback.format_exception(error)))
+            self.internal_error(error)
+            return None

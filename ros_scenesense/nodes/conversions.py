@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Quaternion
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
@@ -158,6 +158,15 @@ def pose_of_message(message: PoseMessage) -> Pose:
         position=(position.x, position.y, position.z),
         orientation=(orientation.x, orientation.y, orientation.z, orientation.w),
     )
+
+
+def transform_message(stamp_ns: int, parent: str, child: str, pose: Pose) -> TransformStamped:
+    """The pose of frame `child` in frame `parent` as a transform for `/tf`."""
+    message = TransformStamped(header=header_of(stamp_ns, parent), child_frame_id=child)
+    x, y, z = (float(value) for value in pose.position)
+    message.transform.translation = Vector3(x=x, y=y, z=z)
+    message.transform.rotation = pose_message(pose).orientation
+    return message
 
 
 def _bytes_of(pixels: npt.NDArray[np.generic]) -> array.array[int]:

@@ -16,10 +16,10 @@ class Mailbox:
     """
 
     def __init__(self, node: Node) -> None:
-        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._calls: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._guard = node.create_guard_condition(self._deliver)
 
-    def put(self, call: Callable[[], None]) -> None:
+    def put(self, call: Callable[[], object]) -> None:
         """Queues a call and wakes the executor."""
         self._calls.put(call)
         self._guard.trigger()

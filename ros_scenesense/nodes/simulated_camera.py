@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.nodes.base import StageNode
-from ros_scenesense.nodes.conversions import header_of, pose_message
+from ros_scenesense.nodes.conversions import transform_message
 from ros_scenesense.nodes.frames import FramePublisher
 from ros_scenesense.nodes.running import run
 from ros_scenesense.scene import Frame
@@ -65,30 +65,18 @@ class SimulatedCameraNode(StageNode):
 
     def _serve(self, name: str, method: Callable[[int], list[Outgoing]], answer: str) -> None:
         def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            self.call(method)
-            response.success, response.message = True, answer
+            response.success = self.call(method)
+            response.message = answer if response.success else "failed: see the node's log"
             return response
 
         self.create_service(Trigger, name, serve)
 
     def _publish_frame(self, frame: Frame) -> None:
-        if self._transforms is not None and frame.camera_pose is not None:
-            self._transforms.publish(TFMessage(transforms=[_transform_of(frame)]))
+        pose = frame.camera_pose
+        if self._transforms is not None and pose is not None:
+            transform = transform_message(frame.stamp_ns, WORLD_FRAME, frame.frame_id, pose)
+            self._transforms.publish(TFMessage(transforms=[transform]))
         self._frames.publish(frame)
-
-
-def _transform_of(frame: Frame) -> Any:
-    from geometry_msgs.msg import TransformStamped, Vector3
-
-    assert frame.camera_pose is not None
-    pose = pose_message(frame.camera_pose)
-    transform = TransformStamped(
-        header=header_of(frame.stamp_ns, WORLD_FRAME), child_frame_id=frame.frame_id
-    )
-    x, y, z = frame.camera_pose.position
-    transform.transform.translation = Vector3(x=float(x), y=float(y), z=float(z))
-    transform.transform.rotation = pose.orientation
-    return transform
 
 
 def main() -> int:
