@@ -45,7 +45,7 @@ class Parameter:
     def allowed(self) -> str:
         """The allowed values in words."""
         if self.choices:
-            return "one of " + ", ".join(repr(choice) for choice in self.choices)
+            return "one of " + ", ".join(self.choices)
         kind = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
         words = kind[self.type]
         if self.minimum is not None and self.maximum is not None:
