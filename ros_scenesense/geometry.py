@@ -64,7 +64,12 @@ class Intrinsics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def back_project(self, depth: npt.NDArray[np.floating]) -> Float:
         """Points of all pixels in the optical frame, (H, W, 3) metres; NaN without a reading."""
         z = np.where(np.isfinite(depth) & (depth > 0.0), depth, np.nan).astype(np.float64)
-        return self.rays() * z[..., None]
+        points = np.empty((*z.shape, 3))
+        # One coordinate after the other: several times faster than rays() * z.
+        np.multiply(z, (np.arange(self.width) - self.cx) / self.fx, out=points[..., 0])
+        np.multiply(z, ((np.arange(self.height) - self.cy) / self.fy)[:, None], out=points[..., 1])
+        points[..., 2] = z
+        return points
 
     def project(self, points: npt.NDArray[np.floating]) -> Float:
         """Pixel coordinates (N, 2) of points (N, 3) in the optical frame; z must be positive."""

@@ -6,6 +6,7 @@ three distance-based prepositions; the last argument of a relation is the refere
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -178,10 +179,13 @@ class Frame:
 
     def __post_init__(self) -> None:
         camera = self.intrinsics
-        if min(camera.width, camera.height) < 1 or not min(camera.fx, camera.fy) > 0.0:
+        numbers = (camera.fx, camera.fy, camera.cx, camera.cy)
+        finite = all(math.isfinite(number) for number in numbers)
+        if not finite or min(camera.width, camera.height) < 1 or min(camera.fx, camera.fy) <= 0.0:
             raise FrameError(
                 f"camera info says {camera.width}x{camera.height} pixels, focal lengths "
-                f"{camera.fx:g} and {camera.fy:g}: publish the camera info of a calibrated camera"
+                f"{camera.fx:g} and {camera.fy:g}, centre ({camera.cx:g}, {camera.cy:g}): publish "
+                "the camera info of a calibrated camera"
             )
         expected = (self.intrinsics.height, self.intrinsics.width)
         images: list[tuple[str, npt.NDArray[np.generic] | None, tuple[int, ...], type]] = [

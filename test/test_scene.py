@@ -128,7 +128,17 @@ def test_images_that_do_not_fit_are_refused(fields, words):
         frame(**fields)
 
 
-@pytest.mark.parametrize("fault", [{"width": 0}, {"height": 0}, {"fx": 0.0}, {"fy": -1.0}])
+@pytest.mark.parametrize(
+    "fault",
+    [
+        {"width": 0},
+        {"height": 0},
+        {"fx": 0.0},
+        {"fy": -1.0},
+        {"fx": float("inf")},
+        {"cx": float("nan")},
+    ],
+)
 def test_a_camera_that_is_not_calibrated_is_refused(fault):
     values = {"width": 4, "height": 3, "fx": 5.0, "fy": 5.0, "cx": 2.0, "cy": 1.0} | fault
     with pytest.raises(FrameError, match="calibrated"):

@@ -1,0 +1,1 @@
+"""From RGB-D images to point clouds, boxes and the table plane."""

@@ -1,0 +1,176 @@
+"""Grounding as a stage: joins images with their scene and publishes objects and groundings."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from functools import partial
+from typing import Any
+
+from ros_scenesense.errors import FrameError
+from ros_scenesense.messages.scenes import Scene
+from ros_scenesense.scene import Frame
+from ros_scenesense.stages.grounding_engine import (
+    GroundingConfiguration,
+    GroundingEngine,
+    GroundingResult,
+    instances_of,
+    unlocated,
+)
+from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Segmentation
+from ros_scenesense.stages.scene_objects import fault_of, objects_of
+
+__all__ = ["GroundingConfiguration", "GroundingStage"]
+
+_REMEMBERED = 2000
+
+
+class GroundingStage:
+    """Turns each scene and its images into groundings, objects and the segmentation used.
+
+    A scene is refused (a problem, nothing published) if its objects cannot be told apart or are
+    too many, or if its frame has no instance ids. Where depth or the engine fails, objects and
+    groundings are published with nothing located, so that the scene gets its decision downstream.
+
+    Attributes:
+        cloud_wanted: Whether somebody takes the cloud. Nodes set it.
+    """
+
+    def __init__(self, configuration: GroundingConfiguration) -> None:
+        self.configuration = configuration
+        self.health = Health()
+        self.cloud_wanted = False
+        self._join = SceneJoin(("frame", "scene"), configuration.join_timeout_s)
+        self._taken: OrderedDict[str, None] = OrderedDict()
+        self._incomplete: OrderedDict[int, None] = OrderedDict()
+        self._in_vain: set[str] = set()
+        self._jobs: list[Job] = []
+
+    def engine(self) -> Callable[[], Any] | None:
+        """A factory of the grounding engine."""
+        return partial(GroundingEngine, self.configuration)
+
+    def start(self, now_ns: int) -> list[Outgoing]:
+        """Nothing is published before a scene came."""
+        del now_ns
+        return []
+
+    def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
+        """Takes `scene` and frames; what belongs together has the same stamp."""
+        if isinstance(item, Frame):
+            self._take(item.stamp_ns, "frame", item, now_ns)
+        elif isinstance(item, Scene):
+            self._take(item.stamp.nanoseconds, "scene", item, now_ns)
+        return []
+
+    def tick(self, now_ns: int) -> list[Outgoing]:
+        """Gives up what waited too long for its other half."""
+        for stamp_ns, missing in self._join.expired(now_ns):
+            self._give_up(stamp_ns, missing[0])
+        return []
+
+    def jobs(self) -> list[Job]:
+        """Grounding of the scenes that are complete."""
+        jobs, self._jobs = self._jobs, []
+        return jobs
+
+    def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
+        """Takes a grounded scene or a cloud."""
+        del now_ns
+        failed = isinstance(result, JobFailure)
+        if job.method == "cloud":
+            if failed:
+                self.health.problem("cloud_failed", f"no cloud of {job.key}: {result.reason}")
+            return [] if failed else [result]
+        frame, scene = job.arguments
+        if failed:
+            words = f"scene {job.key} was not grounded, nothing is located: {result.reason}"
+            self.health.problem("grounding_failed", words)
+            result = unlocated(frame, scene, self.configuration)
+        return self._publish(frame, result)
+
+    def close(self) -> None:
+        """Holds no files."""
+
+    def _publish(self, frame: Frame, result: GroundingResult) -> list[Outgoing]:
+        for kind, words in result.problems:
+            self.health.problem(kind, words)
+        self.health.count("scenes_grounded")
+        unlocated_count = sum(one.box is None for one in result.objects.objects)
+        self.health.count("objects_not_located", unlocated_count)
+        segmentation = Segmentation(frame.stamp_ns, frame.frame_id, instances_of(frame))
+        return [result.objects, result.groundings, segmentation, *result.timings]
+
+    def _take(self, stamp_ns: int, part: str, item: Frame | Scene, now_ns: int) -> None:
+        if self._join.knows(stamp_ns, part):
+            self.health.count("repeated")
+            return
+        if isinstance(item, Frame) and self._lacks_instances(item):
+            return
+        joined = self._join.add(stamp_ns, part, item, now_ns)
+        if joined is not None:
+            self._in_vain.clear()
+            self._admit(joined["frame"], joined["scene"])
+
+    def _lacks_instances(self, frame: Frame) -> bool:
+        """Reports a frame without instance ids; it may come again with them."""
+        try:
+            instances_of(frame)
+        except FrameError as error:
+            if frame.stamp_ns not in self._incomplete:
+                _remember(self._incomplete, frame.stamp_ns)
+                words = f"frame at {_seconds(frame.stamp_ns)}: {error}"
+                self.health.problem("instances_missing", words)
+            return True
+        return False
+
+    def _admit(self, frame: Frame, scene: Scene) -> None:
+        """Makes the jobs of a complete scene, unless it was shown before or cannot be grounded."""
+        if scene.scene_id in self._taken:
+            self.health.count("repeated")
+            return
+        _remember(self._taken, scene.scene_id)
+        fault = fault_of(scene) or self._too_many(frame, scene)
+        if fault is not None:
+            self.health.problem("scene_refused", f"scene {scene.scene_id}: {fault}")
+            return
+        deadline_s = self.configuration.job_deadline_s
+        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene), deadline_s))
+        if self.cloud_wanted:
+            self._jobs.append(Job(scene.scene_id, "cloud", (frame,), deadline_s))
+
+    def _too_many(self, frame: Frame, scene: Scene) -> str | None:
+        count = len(objects_of(instances_of(frame), scene))
+        limit = self.configuration.max_objects
+        if count <= limit:
+            return None
+        return f"{count} objects in scene and instance image, the parameter max_objects is {limit}"
+
+    def _give_up(self, stamp_ns: Any, missing: str) -> None:
+        kind = f"{missing}_missing"
+        # A camera without scenes, or the latched scenes after a restart, warn once, not each time.
+        if missing in self._in_vain or (missing == "frame" and stamp_ns in self._incomplete):
+            self.health.count(kind)
+            return
+        self._in_vain.add(missing)
+        waited = f"{_seconds(stamp_ns)} waited {self.configuration.join_timeout_s:g} s in vain for"
+        words = {
+            "frame": f"the scene at {waited} its images: publish colour, depth, camera info and "
+            "instance ids with exactly the stamp of the scene",
+            "scene": f"the images at {waited} their scene: publish a scene message with exactly "
+            "the stamp of the images",
+        }
+        self.health.problem(kind, f"{words[missing]} (more such are only counted)")
+
+
+def _seconds(stamp_ns: int) -> str:
+    return "{}.{:09d}".format(*divmod(stamp_ns, 1_000_000_000))
+
+
+def _remember(memory: OrderedDict[Any, None], key: Hashable) -> None:
+    """Adds a key to a bounded memory; the oldest is forgotten."""
+    memory[key] = None
+    while len(memory) > _REMEMBERED:
+        memory.popitem(last=False)

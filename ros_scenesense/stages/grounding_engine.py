@@ -1,0 +1,229 @@
+"""The work of the grounding stage: from images to objects and the relations of every pair."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.errors import FrameError
+from ros_scenesense.grounding.extent import Extent
+from ros_scenesense.grounding.frames import CAMERA, GRAVITY, NamingAxes, choose_axes
+from ros_scenesense.grounding.qsr import ground_pairs
+from ros_scenesense.messages.grounding import (
+    Groundings,
+    Objects,
+    PairGrounding,
+    PerceivedObject,
+)
+from ros_scenesense.messages.scenes import KnownObject, Scene
+from ros_scenesense.parameters import parameter
+from ros_scenesense.perception.boxes import oriented_box, robust_bounds
+from ros_scenesense.perception.clouds import (
+    ObjectCloud,
+    background_points,
+    frame_cloud,
+    object_clouds,
+)
+from ros_scenesense.perception.plane import find_plane
+from ros_scenesense.scene import Frame, NamingFrame
+from ros_scenesense.stages.protocol import Cloud, Timing
+from ros_scenesense.stages.scene_objects import objects_of, perceived
+
+_TABLE_SAMPLE = 2000
+
+
+@dataclass(frozen=True)
+class GroundingConfiguration:
+    """Parameters of the grounding node."""
+
+    frame: str = parameter(
+        GRAVITY,
+        "axes that relations are named along: gravity-up of the viewer, or the tilted camera's own",
+        choices=(CAMERA, GRAVITY),
+    )
+    seed: int = parameter(0, "seed of all sampling; same seed, same relations", minimum=0)
+    min_points: int = parameter(20, "depth readings that an object needs to be located", minimum=1)
+    points_per_object: int = parameter(
+        400, "points of an object that relations are computed from", minimum=20, maximum=10_000
+    )
+    # With more, the longest names would take `groundings` over the size limit of its topic.
+    max_objects: int = parameter(
+        40, "objects that a scene may have; one with more is refused", minimum=1, maximum=40
+    )
+    cloud_voxel_m: float = parameter(
+        0.005, "metres between the points of the published cloud; 0 = every pixel", minimum=0.0
+    )
+    join_timeout_s: float = parameter(
+        10.0, "seconds that a scene waits for its images, or images for their scene", minimum=0.1
+    )
+    job_deadline_s: float = parameter(10.0, "seconds that grounding a scene may take", minimum=0.1)
+
+
+class GroundingResult(NamedTuple):
+    """What is known of a scene after grounding.
+
+    Attributes:
+        groundings: The relations of every directed pair of located objects.
+        objects: All objects, located or not.
+        timings: How long the steps took.
+        problems: What was wrong, as (kind, words) for the stage's health.
+    """
+
+    groundings: Groundings
+    objects: Objects
+    timings: list[Timing]
+    problems: list[tuple[str, str]]
+
+
+class GroundingEngine:
+    """Grounds the relations of scenes and makes clouds; remembers nothing between two calls."""
+
+    def __init__(self, configuration: GroundingConfiguration) -> None:
+        import scipy.spatial  # noqa: F401  # takes a second, which the first scene should not pay
+
+        self.configuration = configuration
+
+    def ground(self, frame: Frame, scene: Scene) -> GroundingResult:
+        """Locates the objects of a scene and grounds the relations between them.
+
+        Args:
+            frame: The images, with instance ids.
+            scene: Which objects they show. Instance ids that it does not name are objects too.
+
+        Raises:
+            FrameError: If the frame has no instance ids.
+        """
+        watch = _Stopwatch()
+        rng = np.random.default_rng(self.configuration.seed)
+        instances = instances_of(frame)
+        known = objects_of(instances, scene)
+        points = frame.intrinsics.back_project(frame.depth)
+        if not np.isfinite(points[..., 2]).any():
+            return _without_depth(frame, scene, self.configuration)
+        ids = [one.instance for one in known]
+        clouds = object_clouds(points, instances, ids, self.configuration.points_per_object, rng)
+        watch.lap("clouds")
+        plane = None
+        if self.configuration.frame == GRAVITY:
+            plane = find_plane(background_points(points, instances, _TABLE_SAMPLE, rng), rng)
+        axes, wrong = choose_axes(
+            self.configuration.frame,
+            None if plane is None else plane.normal,
+            scene.camera_pose or frame.camera_pose,
+        )
+        watch.lap("naming_frame")
+        extents = self._extents(clouds, axes)
+        pairs = _pairs(known, extents, axes)
+        groundings = _groundings(scene, axes.name, pairs)
+        objects = _objects(frame, scene, _located(known, clouds, extents, axes))
+        watch.lap("relations")
+        problems = []
+        if wrong is not None and pairs:
+            problems.append(("naming_frame", f"scene {scene.scene_id}: {wrong}"))
+        return GroundingResult(groundings, objects, watch.read(), problems)
+
+    def cloud(self, frame: Frame) -> Cloud:
+        """The coloured points of a frame, for people to see."""
+        points, colors = frame_cloud(frame, self.configuration.cloud_voxel_m)
+        return Cloud(frame.stamp_ns, frame.frame_id, points, colors)
+
+    def _extents(self, clouds: Sequence[ObjectCloud], axes: NamingAxes) -> dict[int, Extent]:
+        """Points and bounds, in the naming axes, of the objects that are located, by index."""
+        extents = {}
+        for index, cloud in enumerate(clouds):
+            if cloud.readings >= self.configuration.min_points:
+                points = cloud.points @ axes.rows.T
+                extents[index] = Extent(points, *robust_bounds(points))
+        return extents
+
+
+def instances_of(frame: Frame) -> npt.NDArray[np.uint16]:
+    """The instance image of a frame.
+
+    Raises:
+        FrameError: If it has none.
+    """
+    if frame.instances is None:
+        raise FrameError(
+            "there are no instance ids: publish them (16UC1, 0 = background) on camera/instances "
+            "with the stamp of the other images"
+        )
+    return frame.instances
+
+
+def unlocated(frame: Frame, scene: Scene, configuration: GroundingConfiguration) -> GroundingResult:
+    """The result when nothing could be located: no relations, but every object is listed."""
+    name = NamingFrame.CAMERA if configuration.frame == CAMERA else NamingFrame.VIEWER
+    listed = [perceived(one) for one in objects_of(instances_of(frame), scene)]
+    return GroundingResult(
+        _groundings(scene, name, []), _objects(frame, scene, listed), timings=[], problems=[]
+    )
+
+
+def _without_depth(
+    frame: Frame, scene: Scene, configuration: GroundingConfiguration
+) -> GroundingResult:
+    words = (
+        f"no pixel of the depth image of scene {scene.scene_id} has a reading, nothing is located: "
+        "check the depth camera and the encoding (32FC1 in metres or 16UC1 in millimetres)"
+    )
+    return unlocated(frame, scene, configuration)._replace(problems=[("empty_depth", words)])
+
+
+def _pairs(
+    known: Sequence[KnownObject], extents: dict[int, Extent], axes: NamingAxes
+) -> list[PairGrounding]:
+    located = list(extents)
+    # The camera is the origin of its own axes however they are turned.
+    viewpoint = None if axes.name is NamingFrame.CAMERA else np.zeros(3)
+    return [
+        PairGrounding(object=known[located[i]].name, reference=known[located[j]].name, qsr=said)
+        for (i, j), said in ground_pairs(list(extents.values()), viewpoint).items()
+    ]
+
+
+def _located(
+    known: Sequence[KnownObject],
+    clouds: Sequence[ObjectCloud],
+    extents: dict[int, Extent],
+    axes: NamingAxes,
+) -> list[PerceivedObject]:
+    listed = []
+    for index, (one, cloud) in enumerate(zip(known, clouds, strict=True)):
+        extent = extents.get(index)
+        box = None if extent is None else oriented_box(extent.low, extent.high, axes.rows)
+        listed.append(perceived(one, cloud.readings, box))
+    return listed
+
+
+def _groundings(scene: Scene, name: NamingFrame, pairs: list[PairGrounding]) -> Groundings:
+    return Groundings(stamp=scene.stamp, scene_id=scene.scene_id, naming_frame=name, pairs=pairs)
+
+
+def _objects(frame: Frame, scene: Scene, listed: list[PerceivedObject]) -> Objects:
+    return Objects(
+        stamp=scene.stamp, scene_id=scene.scene_id, frame_id=frame.frame_id, objects=listed
+    )
+
+
+class _Stopwatch:
+    """Times the steps of a scene, one after the other."""
+
+    def __init__(self) -> None:
+        self._laps: list[Timing] = []
+        self._since = time.perf_counter()
+
+    def lap(self, step: str) -> None:
+        now = time.perf_counter()
+        self._laps.append(Timing(f"grounding/{step}", (now - self._since) * 1e3))
+        self._since = now
+
+    def read(self) -> list[Timing]:
+        """The steps and their sum."""
+        total = Timing("grounding/total", sum(lap.milliseconds for lap in self._laps))
+        return [*self._laps, total]

@@ -1,0 +1,162 @@
+"""Touching, not touching, far; and what of a gap between stacked objects was seen."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from ros_scenesense.grounding.contact import seen_gaps
+from ros_scenesense.grounding.distances import (
+    closest_distance,
+    distance_relations,
+    name_distance,
+)
+from ros_scenesense.grounding.extent import Extent
+from ros_scenesense.scene import Distance
+
+
+def wall(x: float, count: int = 400) -> np.ndarray:
+    """Points of a 10 cm square across x, seen from the side."""
+    rows = int(np.sqrt(count))
+    y, z = np.meshgrid(np.linspace(0.0, 0.1, rows), np.linspace(0.0, 0.1, rows))
+    return np.stack([np.full(y.size, x), y.ravel(), z.ravel()], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("gap", "expected"),
+    [
+        (0.0, Distance.TOUCHING),
+        (0.0099, Distance.TOUCHING),
+        (0.0101, Distance.NOT_TOUCHING),
+        (0.5, Distance.NOT_TOUCHING),
+        (0.9999, Distance.NOT_TOUCHING),
+        (1.0001, Distance.FAR),
+        (3.0, Distance.FAR),
+    ],
+)
+def test_thresholds_of_the_paper(gap, expected):
+    relation, confidence = distance_relations([wall(0.0), wall(gap)])[0, 1]
+    assert relation is expected
+    assert 0.5 <= confidence <= 1.0
+
+
+def test_the_thresholds_themselves_belong_to_touching_and_far():
+    assert name_distance(0.01) == (Distance.TOUCHING, 0.5)
+    assert name_distance(1.0) == (Distance.FAR, 0.5)
+
+
+def test_confidence_is_the_margin_to_the_nearest_threshold():
+    confidences = [name_distance(d)[1] for d in (0.0, 0.005, 0.015, 0.02, 0.5, 0.95, 1.05, 2.0)]
+    assert confidences == pytest.approx([1.0, 0.75, 0.75, 1.0, 1.0, 0.75, 0.75, 1.0])
+
+
+def test_distance_is_the_mean_of_the_closest_tenth():
+    # 100 points at distances 1, 2, ... 100 cm from a single point: the closest ten, 1 to 10 cm.
+    line = np.stack([np.arange(1, 101) / 100.0, np.zeros(100), np.zeros(100)], axis=1)
+    point = np.zeros((100, 3))
+    first, second = cKDTree(line), cKDTree(point)
+    # From the point's side all 100 (equal) points are 1 cm away, the smaller of the two.
+    assert closest_distance(first, second) == pytest.approx(0.01)
+    far_points = np.concatenate([np.zeros((1, 3)), np.full((99, 3), -5.0)])
+    assert closest_distance(first, cKDTree(far_points)) == pytest.approx(0.055)
+
+
+CLOUD_PAIRS = st.tuples(
+    st.integers(0, 2**32 - 1),
+    st.lists(st.floats(-1.2, 1.2), min_size=3, max_size=3),
+    st.floats(0.001, 0.3),
+    st.integers(1, 60),
+)
+
+
+@given(CLOUD_PAIRS)
+def test_boxes_far_apart_spare_the_search_and_change_nothing(case):
+    seed, shift, scale, count = case
+    rng = np.random.default_rng(seed)
+    first = rng.uniform(-scale, scale, (40, 3))
+    second = rng.uniform(-scale, scale, (count, 3)) + shift
+    full = name_distance(closest_distance(cKDTree(first), cKDTree(second)))
+    assert distance_relations([first, second])[0, 1] == full
+
+
+@given(CLOUD_PAIRS)
+def test_distance_is_symmetric_and_moves_with_the_scene(case):
+    seed, shift, scale, count = case
+    rng = np.random.default_rng(seed)
+    first = rng.uniform(-scale, scale, (40, 3))
+    second = rng.uniform(-scale, scale, (count, 3)) + shift
+    distance = closest_distance(cKDTree(first), cKDTree(second))
+    assert closest_distance(cKDTree(second), cKDTree(first)) == distance
+    moved = [cKDTree(cloud + np.array([3.0, -2.0, 1.0])) for cloud in (first, second)]
+    assert closest_distance(*moved) == pytest.approx(distance, abs=1e-9)
+
+
+def extent(low: tuple[float, float, float], size: tuple[float, float, float]) -> Extent:
+    """What a camera far in front sees of a box: its front face."""
+    x, z = np.meshgrid(np.linspace(0.0, size[0], 20), np.linspace(0.0, size[2], 20))
+    points = np.asarray(low) + np.stack([x.ravel(), np.zeros(400), z.ravel()], axis=1)
+    return Extent(points, np.asarray(low), np.asarray(low) + size)
+
+
+CAMERA = np.array([0.0, -1.0, 0.5])
+LOWER = extent((0.0, 0.0, 0.0), (0.1, 0.1, 0.1))
+
+
+def gap_between(upper: Extent, lower: Extent = LOWER, viewpoint: np.ndarray = CAMERA) -> float:
+    gaps = seen_gaps([upper, lower], viewpoint)
+    np.testing.assert_array_equal(gaps, gaps.T)
+    return float(gaps[0, 1])
+
+
+def test_a_contact_behind_an_overhang_is_hidden_and_no_gap_is_seen():
+    # The upper box juts out by 4 cm, so the upper 1.6 cm of the lower one are hidden.
+    juts_out = extent((0.0, -0.04, 0.1), (0.1, 0.1, 0.1))
+    assert gap_between(juts_out) == 0.0
+    visible_lower = Extent(LOWER.points, LOWER.low, LOWER.high - [0.0, 0.0, 0.016])
+    assert gap_between(juts_out, visible_lower) == 0.0
+    relation, _ = distance_relations(
+        [juts_out.points, visible_lower.points], seen_gaps([juts_out, visible_lower], CAMERA)
+    )[0, 1]
+    assert relation is Distance.TOUCHING
+
+
+def test_a_gap_that_is_seen_remains_a_gap():
+    hovering = extent((0.0, 0.0, 0.2), (0.1, 0.1, 0.1))
+    assert 0.05 < gap_between(hovering) < 0.1
+    relation, _ = distance_relations(
+        [hovering.points, LOWER.points], seen_gaps([hovering, LOWER], CAMERA)
+    )[0, 1]
+    assert relation is Distance.NOT_TOUCHING
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        extent((0.15, 0.0, 0.1), (0.1, 0.1, 0.1)),  # higher, but to the right
+        extent((0.0, 0.3, 0.1), (0.1, 0.1, 0.1)),  # higher, but behind
+        extent((0.05, 0.0, 0.0), (0.1, 0.1, 0.1)),  # interleaved, of one height
+        extent((0.12, 0.0, 0.0), (0.1, 0.1, 0.1)),  # beside
+    ],
+    ids=["right", "behind", "interleaved", "beside"],
+)
+def test_objects_that_are_not_stacked_have_no_seen_gap(beside):
+    assert gap_between(beside) == np.inf
+
+
+def test_an_object_between_keeps_two_others_apart():
+    tower = [extent((0.0, 0.0, level), (0.1, 0.1, 0.05)) for level in (0.0, 0.05, 0.1)]
+    gaps = seen_gaps(tower, CAMERA)
+    assert gaps[0, 1] == gaps[1, 2] == 0.0
+    assert gaps[0, 2] == np.inf
+
+
+@settings(max_examples=50)
+@given(st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=3))
+def test_only_where_the_camera_stands_to_the_objects_matters(shift):
+    moved = [
+        Extent(one.points + shift, one.low + shift, one.high + shift)
+        for one in (extent((0.02, -0.03, 0.13), (0.1, 0.1, 0.1)), LOWER)
+    ]
+    expected = gap_between(extent((0.02, -0.03, 0.13), (0.1, 0.1, 0.1)))
+    assert gap_between(*moved, CAMERA + shift) == pytest.approx(expected, abs=1e-9)

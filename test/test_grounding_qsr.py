@@ -1,0 +1,156 @@
+"""The qualitative model, on geometry whose relations are known by construction."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ros_scenesense.grounding.extent import Extent
+from ros_scenesense.grounding.qsr import ground_pairs
+from ros_scenesense.scene import Distance, Position
+
+DIRECTIONS = {
+    Position.RIGHT: (1.0, 0.0, 0.0),
+    Position.LEFT: (-1.0, 0.0, 0.0),
+    Position.BEHIND: (0.0, 1.0, 0.0),
+    Position.FRONT: (0.0, -1.0, 0.0),
+    Position.ABOVE: (0.0, 0.0, 1.0),
+    Position.BELOW: (0.0, 0.0, -1.0),
+}
+
+
+def block(centre, size=(0.1, 0.1, 0.1), count: int = 200, seed: int = 0) -> Extent:
+    """A solid box of random points about a centre, in axes (right, away, up)."""
+    half = np.asarray(size) / 2.0
+    points = np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 3)) * half + centre
+    return Extent(points, points.min(axis=0), points.max(axis=0))
+
+
+def moved(extent: Extent, shift) -> Extent:
+    return Extent(extent.points + shift, extent.low + shift, extent.high + shift)
+
+
+@pytest.mark.parametrize("position", list(DIRECTIONS))
+@pytest.mark.parametrize(
+    ("gap", "distance"),
+    [(0.0, Distance.TOUCHING), (0.3, Distance.NOT_TOUCHING), (1.5, Distance.FAR)],
+)
+def test_names_every_direction_and_distance(position, gap, distance):
+    away = np.asarray(DIRECTIONS[position]) * (0.1 + gap)
+    # Many points, so that the closest tenth of two boxes face to face is within a centimetre.
+    said = ground_pairs([block(away, count=4000, seed=1), block((0, 0, 0), count=4000, seed=2)])
+    assert said[0, 1].position is position
+    assert said[1, 0].position is position.converse
+    assert said[0, 1].distance is said[1, 0].distance is distance
+    assert said[0, 1].position_confidence > 0.9
+
+
+def test_what_is_mostly_inside_the_box_is_in():
+    bowl = block((0.0, 0.0, 0.0), (0.3, 0.3, 0.2))
+    apple = block((0.05, 0.0, 0.04), (0.08, 0.08, 0.08))
+    said = ground_pairs([apple, bowl])
+    assert said[0, 1].position is Position.IN
+    assert said[0, 1].position_confidence > 0.9
+    assert said[1, 0].position is not Position.IN
+
+
+@pytest.mark.parametrize(("height", "is_in"), [(0.12, True), (0.18, False)])
+def test_in_needs_most_of_the_points(height, is_in):
+    bowl = block((0.0, 0.0, 0.0), (0.4, 0.4, 0.3), count=3000)
+    # Half of the ball, 10 cm high, is below the rim at .15 when its centre is there.
+    ball = block((0.0, 0.0, height), (0.1, 0.1, 0.1), count=3000, seed=1)
+    said = ground_pairs([ball, bowl])[0, 1]
+    assert (said.position is Position.IN) == is_in
+    assert is_in or said.position is Position.ABOVE
+
+
+def test_confidence_is_the_share_of_points_in_the_winning_pyramid():
+    reference = block((0.0, 0.0, 0.0))
+    points = np.array([[1.0, 0, 0]] * 6 + [[0, 1.0, 0]] * 3 + [[0.0, 0, 0.001]])
+    said = ground_pairs([Extent(points, points.min(axis=0), points.max(axis=0)), reference])[0, 1]
+    assert said.position is Position.RIGHT
+    assert said.position_confidence == pytest.approx(0.6)
+
+
+def test_pyramids_open_at_45_degrees_however_flat_the_reference():
+    # As a camera sees a box: wide and high, but hardly any depth.
+    front_face = block((0.0, 0.0, 0.0), (0.2, 0.01, 0.2))
+    assert ground_pairs([block((0.2, 0.1, 0.0)), front_face])[0, 1].position is Position.RIGHT
+    assert ground_pairs([block((0.1, 0.2, 0.0)), front_face])[0, 1].position is Position.BEHIND
+
+
+def test_fewer_than_two_objects_have_no_relations():
+    assert ground_pairs([]) == {}
+    assert ground_pairs([block((0, 0, 0))], np.zeros(3)) == {}
+
+
+def test_single_points_are_objects_too():
+    points = [np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0]]), np.array([[2.0, 0, 0]])]
+    said = ground_pairs([Extent(one, one[0], one[0]) for one in points])
+    assert said[0, 1].position is Position.IN
+    assert (said[2, 0].position, said[2, 0].distance) == (Position.RIGHT, Distance.FAR)
+
+
+SCENES = st.lists(
+    st.tuples(
+        st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3),
+        st.lists(st.floats(0.01, 0.5), min_size=3, max_size=3),
+        st.integers(1, 40),
+    ),
+    min_size=2,
+    max_size=5,
+)
+
+
+def build(scene) -> list[Extent]:
+    return [block(centre, size, count, seed) for seed, (centre, size, count) in enumerate(scene)]
+
+
+@given(SCENES)
+def test_every_directed_pair_gets_exactly_one_of_each(scene):
+    extents = build(scene)
+    said = ground_pairs(extents)
+    count = len(extents)
+    assert set(said) == {(i, j) for i in range(count) for j in range(count) if i != j}
+    for (i, j), grounding in said.items():
+        assert grounding.distance is said[j, i].distance
+        assert grounding.distance_confidence == said[j, i].distance_confidence
+        assert 0.0 < grounding.position_confidence <= 1.0
+
+
+@given(SCENES, st.lists(st.integers(-4, 4), min_size=3, max_size=3))
+def test_moving_the_whole_scene_changes_nothing(scene, shift):
+    # On a grid of 1/1024 m, moving by whole metres rounds nothing.
+    extents = [
+        Extent(*(np.round(part * 1024.0) / 1024.0 for part in (one.points, one.low, one.high)))
+        for one in build(scene)
+    ]
+    assert ground_pairs([moved(one, np.array(shift, float)) for one in extents]) == ground_pairs(
+        extents
+    )
+
+
+@given(
+    st.sampled_from(list(DIRECTIONS)),
+    st.floats(0.25, 2.0),
+    st.lists(st.floats(-0.05, 0.05), min_size=3, max_size=3),
+    st.lists(st.floats(0.02, 0.2), min_size=6, max_size=6),
+)
+def test_swapping_a_pair_apart_along_an_axis_gives_the_converse(position, gap, aside, sizes):
+    axis = np.asarray(DIRECTIONS[position])
+    centre = axis * (gap + 0.2) + np.asarray(aside) * (axis == 0.0)
+    said = ground_pairs([block(centre, sizes[:3]), block((0.0, 0.0, 0.0), sizes[3:], seed=1)])
+    assert said[0, 1].position is position
+    assert said[1, 0].position is position.converse
+
+
+@given(st.sampled_from(list(DIRECTIONS)[:4]), st.integers(1, 3))
+def test_turning_the_viewer_turns_the_names(position, quarters):
+    horizontal = [Position.RIGHT, Position.BEHIND, Position.LEFT, Position.FRONT]
+    pair = [block(0.4 * np.asarray(DIRECTIONS[position])), block((0.0, 0.0, 0.0), seed=1)]
+    turn = np.linalg.matrix_power(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), quarters)
+    turned = [
+        Extent(p, p.min(axis=0), p.max(axis=0)) for p in (one.points @ turn.T for one in pair)
+    ]
+    expected = horizontal[(horizontal.index(position) + quarters) % 4]
+    assert ground_pairs(turned)[0, 1].position is expected
