@@ -172,7 +172,9 @@ def test_the_domain_of_the_user_is_kept(monkeypatch):
 
 def test_a_domain_in_use_is_not_chosen(monkeypatch):
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    monkeypatch.setattr(domains.random, "sample", lambda *_: [90, 91])
+    first = domains.choose_domain(None)
+    monkeypatch.setattr(domains.random, "sample", lambda *_: [first])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("", 7400 + 250 * 90 + 10))
-        assert domains.choose_domain(None) == 91
+        taken.bind(("", 7400 + 250 * first + 10))
+        with pytest.raises(ParameterError, match="--domain-id"):
+            domains.choose_domain(None)

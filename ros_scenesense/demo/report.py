@@ -16,7 +16,8 @@ import jinja2
 from ros_scenesense.demo.cards import make_card
 from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.record import MAX_FRAMES, Decision, RunRecord, Subject
-from ros_scenesense.demo.summary import Latency, Summary, summarise_task, write_atomically
+from ros_scenesense.demo.summary import Latency, Summary, summarise_task
+from ros_scenesense.results import write_atomically
 
 SUBJECT_TITLES = {
     Subject.STABILITY: "Object is stable",
@@ -78,7 +79,7 @@ def render(record: RunRecord, summary: Summary) -> str:
 
 
 def _bars(summary: Summary) -> list[Bar]:
-    latencies = dict(sorted(summary.latency.items()))
+    latencies = dict(summary.latency)
     if summary.end_to_end is not None:
         latencies = {"frame to decision": summary.end_to_end, **latencies}
     longest = max((latency.p95_ms for latency in latencies.values()), default=0.0)

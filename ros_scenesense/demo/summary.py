@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,9 @@ import numpy as np
 
 from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord, Subject
 from ros_scenesense.messages.reasoning import Knowledge
+from ros_scenesense.nodes.registry import NODES
 from ros_scenesense.provenance import machine, versions
+from ros_scenesense.results import write_atomically
 from ros_scenesense.scene import DecisionStatus
 
 Outcome = Literal["complete", "timed_out", "interrupted", "failed"]
@@ -161,12 +162,21 @@ def summarise(record: RunRecord, info: RunInfo, end: RunEnd) -> Summary:
         scenes_per_s=_rounded(scenes / end.scenes_s if end.scenes_s else None),
         tasks=summarise_tasks(record.decisions()),
         end_to_end=summarise_latency(latencies) if latencies else None,
-        latency={name: summarise_latency(values) for name, values in record.timings.items()},
-        nodes={name: _node(node) for name, node in sorted(record.nodes.items())},
+        latency={
+            name: summarise_latency(record.timings[name])
+            for name in sorted(record.timings, key=graph_order)
+        },
+        nodes={name: _node(record.nodes[name]) for name in sorted(record.nodes, key=graph_order)},
         knowledge=None if knowledge is None else _knowledge(knowledge),
         versions=versions(),
         machine=machine(),
     )
+
+
+def graph_order(name: str) -> tuple[int, str]:
+    """Sorts names of nodes, and of what starts with one (`grounding/total`), as in the graph."""
+    nodes, node = list(NODES), name.partition("/")[0]
+    return (nodes.index(node) if node in nodes else len(nodes), name)
 
 
 def summarise_tasks(decisions: Iterable[Decision]) -> dict[str, TaskSummary]:
@@ -218,16 +228,6 @@ def summarise_latency(milliseconds: Sequence[float]) -> Latency:
     return Latency(
         count=len(milliseconds), p50_ms=round(float(p50), 3), p95_ms=round(float(p95), 3)
     )
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Writes a file so that nobody ever sees half of it."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def write_summary(summary: Summary, path: Path) -> None:

@@ -10,7 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 from ros_scenesense.demo.record import RunRecord, SceneRecord, Subject
-from ros_scenesense.demo.summary import Summary, TaskSummary, summarise_latency, summarise_task
+from ros_scenesense.demo.summary import (
+    Summary,
+    TaskSummary,
+    graph_order,
+    summarise_latency,
+    summarise_task,
+)
 
 TITLES = {
     Subject.STABILITY: "object is stable",
@@ -64,9 +70,12 @@ def totals_table(tasks: dict[str, TaskSummary]) -> Table:
 def latency_line(record: RunRecord) -> Text:
     """Median latency from frame to decision, and of each step."""
     latencies = [scene.latency_ms for scene in record.settled() if scene.latency_ms is not None]
-    named = {"frame to decision": latencies, **dict(sorted(record.timings.items()))}
+    named = {"frame to decision": latencies}
+    named |= {name: record.timings[name] for name in sorted(record.timings, key=graph_order)}
     words = [
-        f"{name} {_milliseconds(summarise_latency(values).p50_ms)}"
+        f"{name} {_milliseconds(summarise_latency(values).p50_ms)}".replace(
+            " ", "\N{NO-BREAK SPACE}"
+        )
         for name, values in named.items()
         if values
     ]

@@ -12,9 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ros_scenesense.demo.record import RunRecord
-from ros_scenesense.demo.summary import RunInfo, summarise_tasks
+from ros_scenesense.demo.summary import RunInfo, graph_order, summarise_tasks
 from ros_scenesense.demo.tables import latency_line, scene_line, scenes_table, totals_table
-from ros_scenesense.nodes.registry import NODES
 
 _SILENT_NS = 2_000_000_000
 _RESERVED_LINES = 19
@@ -125,7 +124,7 @@ class LiveView:
 
 def _nodes_line(record: RunRecord, now_ns: int) -> Text:
     parts = []
-    for name in sorted(record.nodes, key=_place):
+    for name in sorted(record.nodes, key=graph_order):
         node = record.nodes[name]
         if now_ns - node.received_ns > _SILENT_NS:
             state, style = " silent", "red"
@@ -137,8 +136,3 @@ def _nodes_line(record: RunRecord, now_ns: int) -> Text:
             state += f" (restarted {node.processes - 1}x)"
         parts.append(Text.assemble(("● ", style), name, (state, "dim")))
     return Text("   ").join(parts) if parts else Text("no node has answered yet", style="dim")
-
-
-def _place(node: str) -> tuple[int, str]:
-    names = list(NODES)
-    return (names.index(node) if node in names else len(names), node)
