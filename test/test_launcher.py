@@ -184,6 +184,7 @@ def test_overrides_of_the_command_line():
         (["-p", "nonsense"], "node.parameter=value"),
         (["--nodes", "camera"], "node 'camera' is unknown"),
         (["--domain-id", "999"], "from 0 to 232"),
+        (["--silence", "0"], "silence is 0 s, must be a number of at least 1"),
         (["--params", "/no/such.yaml"], "/no/such.yaml"),
     ],
 )

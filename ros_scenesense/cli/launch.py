@@ -40,6 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=platformdirs.user_state_path("scenesense", appauthor=False),
         help="folder that the nodes remember in (default: %(default)s)",
     )
+    parser.add_argument(
+        "--silence",
+        type=float,
+        metavar="SECONDS",
+        default=10.0,
+        help="a ready node without heartbeat for so long is restarted (default: %(default)g)",
+    )
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,6 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     options = GraphOptions(
         nodes=tuple(arguments.nodes),
         state_dir=arguments.state,
+        silence_s=arguments.silence,
         **graph_options(arguments),
     )
     with _stop_requests() as requests:
