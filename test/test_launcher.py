@@ -122,12 +122,19 @@ def test_overrides_beat_the_state_folder_and_both_the_file(tmp_path):
         nodes=("simulated_camera",),
         parameters_file=file,
         state_dir=tmp_path / "state",
-        overrides={"simulated_camera": {"seed": "7", "resend_s": "3"}},
+        overrides={"simulated_camera": {"seed": "7", "resend_s": "3", "session": "mine"}},
     )
     values = parameter_values(options)["simulated_camera"]
-    expected = {"seed": 7, "scenes": 2, "resend_s": 3.0, "use_sim_time": True}
+    expected = {"seed": 7, "scenes": 2, "resend_s": 3.0, "session": "mine", "use_sim_time": True}
     assert values == {**expected, "state_dir": str(tmp_path / "state")}
     assert isinstance(values["resend_s"], float)
+
+
+def test_every_graph_has_a_session_of_its_own():
+    options = GraphOptions(nodes=("simulated_camera",))
+    sessions = {parameter_values(options)["simulated_camera"]["session"] for _ in range(3)}
+    assert len(sessions) == 3
+    assert all(sessions)
 
 
 def test_written_values_are_keyed_by_full_names(tmp_path):
@@ -260,7 +267,8 @@ class Launched:
     def __init__(self, tmp_path):
         self.reports = []
         options = GraphOptions(
-            log_dir=tmp_path,
+            log_dir=tmp_path / "logs",
+            state_dir=tmp_path / "state",
             silence_s=2.0,
             overrides={"simulated_camera": {"autostart": "true", "resend_s": "2"}},
         )
@@ -283,7 +291,7 @@ class Launched:
 
 @pytest.fixture(scope="module")
 def launched(tmp_path_factory):
-    running = Launched(tmp_path_factory.mktemp("logs"))
+    running = Launched(tmp_path_factory.mktemp("graph"))
     yield running
     running.node.destroy_node()
     running.graph.stop()
@@ -321,6 +329,16 @@ def test_a_killed_node_is_started_again_and_scenes_go_on(launched):
     assert launched.graph.spin_until(lambda: grounding.ready, timeout_s=20.0)
     assert (grounding.pid != old, grounding.restarts) == (True, 1)
     assert launched.wait_for_scenes(2)
+
+
+def test_a_killed_camera_goes_on_with_its_session(launched):
+    before = len(launched.estimates)
+    os.kill(launched.graph.nodes["simulated_camera"].pid, signal.SIGKILL)
+    assert launched.said("simulated_camera died (killed by signal 9)")
+    assert launched.wait_for_scenes(4)
+    ids = [estimates.scene_id for estimates in launched.estimates]
+    assert len({scene_id.rpartition("-")[0] for scene_id in ids}) == 1
+    assert len(set(ids[before:]) - set(ids[:before])) >= 4
 
 
 def test_a_silent_node_is_killed_and_started_again(launched):

@@ -17,6 +17,7 @@ from ros_scenesense.launcher.options import GraphOptions
 from ros_scenesense.nodes.registry import NODES
 from ros_scenesense.parameters import parameters_of
 from ros_scenesense.resources import resource
+from ros_scenesense.stages.simulated_camera import new_session
 
 ROS_PARAMETERS = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that every ROS node has; passed on as they are."""
@@ -41,6 +42,9 @@ def parameter_values(options: GraphOptions) -> dict[str, dict[str, object]]:
         if options.state_dir is not None and "state_dir" in _declared(node):
             given["state_dir"] = str(options.state_dir.expanduser().absolute())
         given.update(options.overrides.get(node, {}))
+        if "session" in _declared(node) and not given.get("session"):
+            # A node that is restarted goes on with the session of its graph.
+            given["session"] = new_session()
         values[node] = _checked(node, given)
     return values
 

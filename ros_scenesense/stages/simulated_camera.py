@@ -99,7 +99,7 @@ class SimulatedCameraStage:
         self._ledger = SceneLedger(
             Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
         )
-        self._begin(configuration.session or _new_session())
+        self._begin(configuration.session or new_session())
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of the simulation."""
@@ -191,7 +191,7 @@ class SimulatedCameraStage:
         for number in sorted(self._open_numbers()):
             attempts = self._shown[number].attempts if number in self._shown else 0
             lost.append(self._lose(number, attempts, "the camera was reset", now_ns))
-        self._begin(_new_session())
+        self._begin(new_session())
         return lost
 
     def close(self) -> None:
@@ -294,5 +294,6 @@ class SimulatedCameraStage:
         return int(number)
 
 
-def _new_session() -> str:
+def new_session() -> str:
+    """A name for a session that no other one has."""
     return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
