@@ -54,7 +54,6 @@ setup(
         "numpy",
         "open3d",
         "opencv-python-headless",
-        "pillow",
         "platformdirs",
         "pybullet",
         "PyYAML",

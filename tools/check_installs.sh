@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the project in four ways into temporary folders (pip install, pip install -e, colcon build,
 # colcon build --symlink-install) and tries each from another working directory: are the shipped data
-# found, does the command run, does a node start and stop? The dependencies are those of .venv.
+# found, does the command run, does a node start and stop, does the whole graph work? The dependencies are
+# those of .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 tools/setup.sh
@@ -37,7 +38,7 @@ try() { # python, folder of the package, folder of the executables
 # --no-index: whatever setup.py asks for must be in the lock already.
 try_pip() { # name, option of pip...
     local environment=$work/$1 source=$work/$1-source
-    echo "pip install ${*:2} .[ros]"
+    echo "pip install ${*:2}${2:+ }.[ros]"
     make_environment "$environment"
     copy_source "$source"
     LD_LIBRARY_PATH=$libraries _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$environment/bin/python" -m pip \
@@ -51,7 +52,7 @@ try_pip() { # name, option of pip...
 
 try_colcon() { # name, option of colcon...
     local workspace=$work/$1
-    echo "colcon build ${*:2}"
+    echo "colcon build${2:+ }${*:2}"
     copy_source "$workspace/src/ros_scenesense"
     (
         cd "$workspace"

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -39,6 +40,8 @@ def main() -> None:
     print("  scenesense --help runs")
     took_s = start_and_stop(executables / NODE)
     print(f"  node {NODE} was ready after {took_s:.1f} s and ended with 0 on SIGINT")
+    run_demo(executables / "scenesense")
+    print("  scenesense demo ran the whole graph and wrote its report")
 
 
 def start_and_stop(executable: Path) -> float:
@@ -67,6 +70,16 @@ def start_and_stop(executable: Path) -> float:
     if code != 0:
         sys.exit(f"{executable} ended with {code} on SIGINT")
     return took_s
+
+
+def run_demo(executable: Path) -> None:
+    """Two scenes through all nodes, which the launcher starts as it does everywhere."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder, "run")
+        words = ["demo", "--scenes", "2", "--out", str(out)]
+        ended = subprocess.run([executable, *words], capture_output=True, text=True, check=False)
+        if ended.returncode != 0 or not (out / "report.html").is_file():
+            sys.exit(f"scenesense {' '.join(words)} ended with {ended.returncode}:\n{ended.stderr}")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ DEPENDENCIES = {
     "numpy": "numpy",
     "open3d": "open3d",
     "opencv-python-headless": "cv2",
-    "pillow": "PIL",
     "platformdirs": "platformdirs",
     "pybullet": "pybullet",
     "PyYAML": "yaml",
