@@ -59,6 +59,7 @@ def test_scenes_go_through_the_real_graph(tmp_path):
         "grounding_control",
         "reasoner",
     }
+    assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3
     assert summary.tasks["stability"].wrong == 0
     assert summary.knowledge.axioms

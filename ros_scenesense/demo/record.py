@@ -224,6 +224,10 @@ class RunRecord:
             scene.is_lost or (scene.is_complete and self._has_images(scene)) for scene in settled
         )
 
+    def all_beat_since(self, time_ns: int) -> bool:
+        """Whether every known node has sent a heartbeat after this time."""
+        return all(node.received_ns > time_ns for node in self.nodes.values())
+
     def decisions(self) -> Iterator[Decision]:
         """All decisions about the scenes that were not lost."""
         for scene in self.settled():

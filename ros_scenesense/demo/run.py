@@ -163,8 +163,13 @@ class Demo:
         asked = self._info.asked
         timeout_s = self._options.timeout_s
         if graph.spin_until(lambda: len(self._record.settled()) >= asked, timeout_s=timeout_s):
-            # What is only shown, an image or a verdict, may still be on its way.
-            graph.spin_until(lambda: self._record.has_all(asked), timeout_s=_GRACE_S)
+            # What is only shown, an image or a verdict, may still be on its way, and so are the
+            # heartbeats with the last counters.
+            settled_ns = time.time_ns()
+            graph.spin_until(
+                lambda: self._record.has_all(asked) and self._record.all_beat_since(settled_ns),
+                timeout_s=_GRACE_S,
+            )
             return None
         settled = len(self._record.settled())
         hint = ""

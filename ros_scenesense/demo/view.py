@@ -116,7 +116,9 @@ class LiveView:
     def _progress(self, settled: int) -> RenderableType:
         grid = Table.grid(padding=(0, 2))
         words = f"{settled} of {self._info.asked} scenes"
-        bar = ProgressBar(total=self._info.asked, completed=settled, width=36)
+        bar = ProgressBar(
+            total=self._info.asked, completed=settled, width=36, complete_style="green"
+        )
         what = f"{self._info.arrangement}, seed {self._info.seed}, domain {self._info.domain_id}"
         grid.add_row(Text("SceneSense", style="bold"), bar, words, Text(what, style="dim"))
         return grid
