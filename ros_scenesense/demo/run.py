@@ -191,6 +191,7 @@ class Demo:
             domain_id=self._info.domain_id,
             parameters_file=Path(self._options.params) if self._options.params else None,
             overrides={"simulated_camera": camera},
+            state_dir=self._folder / "state",
             log_dir=self._folder / "logs",
         )
 
