@@ -30,6 +30,15 @@ make_environment() { # folder
     echo "$site" >"$("$1/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/dependencies.pth"
 }
 
+# The files for ROS's own tools, which an installation has beside the package.
+check_share() { # prefix
+    local file
+    for file in ament_index/resource_index/packages/ros_scenesense ros_scenesense/package.xml \
+        ros_scenesense/config/scenesense.yaml ros_scenesense/launch/scenesense.launch.py; do
+        [ -e "$1/share/$file" ] || { echo "$1/share/$file is missing" && exit 1; }
+    done
+}
+
 try() { # python, folder of the package, folder of the executables
     (cd "$work/elsewhere" && LD_LIBRARY_PATH=$libraries _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 \
         "$1" "$project/tools/try_install.py" "$2" "$3")
@@ -46,6 +55,7 @@ try_pip() { # name, option of pip...
     if [ "$1" = editable ]; then
         try "$environment/bin/python" "$source" "$environment/bin"
     else
+        check_share "$environment"
         try "$environment/bin/python" "$environment" "$environment/bin"
     fi
 }
@@ -62,11 +72,10 @@ try_colcon() { # name, option of colcon...
         # shellcheck disable=SC1091
         source install/setup.bash
         set -u
-        if [ "$1" = colcon-symlink ]; then
-            try "$work/colcon/bin/python" "$workspace/src" "$workspace/install/ros_scenesense/lib/ros_scenesense"
-        else
-            try "$work/colcon/bin/python" "$workspace/install" "$workspace/install/ros_scenesense/lib/ros_scenesense"
-        fi
+        check_share "$workspace/install/ros_scenesense"
+        local where=$workspace/install
+        [ "$1" = colcon-plain ] || where=$workspace/src
+        try "$work/colcon/bin/python" "$where" "$workspace/install/ros_scenesense/lib/ros_scenesense"
     )
 }
 
