@@ -144,6 +144,14 @@ def test_objects_that_are_not_stacked_have_no_seen_gap(beside):
     assert gap_between(beside) == np.inf
 
 
+def test_objects_of_which_only_the_front_is_seen_are_as_deep_as_wide():
+    upper = extent((0.0, -0.04, 0.1), (0.1, 0.001, 0.1))
+    lower = extent((0.0, 0.0, 0.0), (0.1, 0.001, 0.1))
+    assert gap_between(upper, lower) == 0.0
+    too_far_back = extent((0.0, 0.11, 0.1), (0.1, 0.001, 0.1))
+    assert gap_between(too_far_back, lower) == np.inf
+
+
 def test_an_object_between_keeps_two_others_apart():
     tower = [extent((0.0, 0.0, level), (0.1, 0.1, 0.05)) for level in (0.0, 0.05, 0.1)]
     gaps = seen_gaps(tower, CAMERA)

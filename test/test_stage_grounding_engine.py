@@ -14,6 +14,7 @@ from ros_scenesense.messages.grounding import Groundings, Objects
 from ros_scenesense.messages.scenes import KnownObject
 from ros_scenesense.parameters import build
 from ros_scenesense.scene import Distance, NamingFrame, Position, Size, Surface
+from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
 from ros_scenesense.stages.grounding_engine import (
     GroundingConfiguration,
     GroundingEngine,
@@ -51,6 +52,21 @@ def test_names_blocks_around_a_block():
         assert relations["middle", name].position is Position(name).converse
         touches = Distance.TOUCHING if name == "above" else Distance.NOT_TOUCHING
         assert relations[name, "middle"].distance is touches
+
+
+def test_in_simulated_towers_everything_is_on_its_support():
+    simulation = SimulationEngine(build(SimulationConfiguration, {"arrangement": "towers"}))
+    supports = 0
+    for index in range(6):
+        simulated = simulation.scene(0, index)
+        scene = msgspec.structs.replace(scene_of([]), objects=simulated.objects)
+        relations = said(engine().ground(simulated.frame, scene))
+        for upper, lower in simulated.supports:
+            supports += 1
+            assert relations[upper, lower].position is Position.ABOVE
+            assert relations[upper, lower].distance is Distance.TOUCHING
+    simulation.close()
+    assert supports > 6
 
 
 def test_far_objects_are_far():
