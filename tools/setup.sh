@@ -86,13 +86,15 @@ install_packages() { # package...
 
 # Turns pip's long output into a short one.
 show_progress() { # number of packages
-    local count=0 line
+    local count=0 line name
     while IFS= read -r line; do
         case $line in
         Collecting* | Processing*)
             count=$((count + 1))
             if [ -t 1 ]; then
-                printf '\r\033[Ksetup: %d of %d  %.50s' "$count" "$1" "${line#* }"
+                name=${line#* }
+                name=${name%% *}
+                printf '\r\033[Ksetup: %d of %d  %.50s' "$count" "$1" "${name##*/}"
             elif [ $((count % 40)) -eq 0 ]; then
                 say "fetched $count of $1"
             fi
