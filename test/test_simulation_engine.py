@@ -12,6 +12,7 @@ import pytest
 from ros_scenesense.errors import ParameterError, SimulationError
 from ros_scenesense.geometry import rotation_matrix, transform_points
 from ros_scenesense.scene import Surface, Truth, find_structures
+from ros_scenesense.simulation.arrangements import Arrangement
 from ros_scenesense.simulation.catalogue import Shape
 from ros_scenesense.simulation.engine import (
     CAMERA_FRAME,
@@ -21,6 +22,7 @@ from ros_scenesense.simulation.engine import (
     SimulationEngine,
 )
 from ros_scenesense.simulation.stability import structure_stability
+from ros_scenesense.simulation.wish import Wish
 from ros_scenesense.simulation.world import COLORS
 
 MILLIMETRE = 0.001
@@ -289,3 +291,25 @@ def test_impossible_wishes_are_refused() -> None:
     engine.close()
     with pytest.raises(SimulationError, match="closed"):
         engine.scene(0, 0)
+
+
+@pytest.mark.parametrize("stable", [True, False])
+def test_a_wish_comes_true(engine: SimulationEngine, stable: bool) -> None:
+    wish = Wish(Arrangement.INTERSECTION, stacked=3, stable=stable)
+    scene = engine.scene(5, 2, wish)
+    assert scene.arrangement == "intersection"
+    (stack,) = [label for label in scene.structure_labels if len(label.members) > 1]
+    assert len(stack.members) == 3
+    assert stack.stable is (Truth.TRUE if stable else Truth.FALSE)
+    fresh = SimulationEngine(SimulationConfiguration())
+    fresh.scene(0, 1)
+    assert content(fresh.scene(5, 2, wish)) == content(scene)
+    fresh.close()
+
+
+def test_an_impossible_wish_is_named(
+    engine: SimulationEngine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ros_scenesense.simulation.engine._DRAWS", 20)
+    with pytest.raises(SimulationError, match="stacked=9"):
+        engine.scene(0, 0, Wish(stacked=9))

@@ -16,11 +16,12 @@ from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLabel
 from ros_scenesense.parameters import parameter, parameters_of
-from ros_scenesense.scene import Frame, find_structures
+from ros_scenesense.scene import Frame, Truth
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
 from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
 from ros_scenesense.simulation.stability import stability, structure_stability
 from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.wish import ANY, Wish, structures_of
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.camera import Picture
@@ -116,27 +117,85 @@ class SimulationEngine:
         self._world = World()
         self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
 
-    def scene(self, seed: int, index: int) -> SimulatedScene:
-        """Makes one scene. The same (configuration, seed, index) always gives the same scene.
+    def scene(self, seed: int, index: int, wish: Wish = ANY) -> SimulatedScene:
+        """Makes one scene. The same (configuration, seed, index, wish) always gives the same scene.
+
+        Scenes are drawn until one is as wished and the camera sees something of every object.
 
         Args:
             seed: Seed of a series of scenes.
             index: Number of the scene in the series.
+            wish: What the scene must be like; its arrangement goes before the configuration's.
 
         Raises:
-            SimulationError: If seed or index is negative, or the engine was closed.
+            SimulationError: If seed or index is negative, the engine was closed, or no scene is
+                as wished.
         """
         if seed < 0 or index < 0:
             raise SimulationError(f"scene (seed {seed}, index {index}): both must be at least 0")
         if self._world.client < 0:
             raise SimulationError("this engine was closed: make a new one")
-        shot = self._shoot(seed, index)
-        layout = shot.layout
+        built = 0
+        for attempt in range(_DRAWS):
+            draft = self._draw(seed, index, attempt, wish)
+            if not wish.fits(draft.layout):
+                continue
+            self._world.build(draft.layout.pieces)
+            stable = self._label(draft, _rng(seed, index, "jitter", attempt))
+            if wish.comes_true(draft.layout, stable):
+                shot = self._shoot(draft, _rng(seed, index, "camera", attempt))
+                if self._sees_everything(shot.picture):
+                    return self._scene(draft, shot, stable)
+            built += 1
+            if built == _ATTEMPTS:
+                break
+        raise SimulationError(
+            f"scene (seed {seed}, index {index}): of {built} that were built none {_asked(wish)}"
+        )
+
+    def close(self) -> None:
+        """Ends the physics client."""
+        self._world.close()
+
+    def _draw(self, seed: int, index: int, attempt: int, wish: Wish) -> _Draft:
+        """What stands where, and from which side it is seen."""
+        side = _rng(seed, index, "side", attempt).uniform(-1.0, 1.0)
+        yaw = math.radians(self._configuration.yaw_deg) * side
+        arrangement = wish.arrangement or Arrangement(self._configuration.arrangement)
+        layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
+        return _Draft(layout, yaw)
+
+    def _label(self, draft: _Draft, rng: np.random.Generator) -> dict[str, Truth]:
+        """Stability of the bodies as built, which stand there again afterwards."""
+        stable = stability(self._world, structures_of(draft.layout), rng)
+        self._world.reset()
+        return stable
+
+    def _shoot(self, draft: _Draft, rng: np.random.Generator) -> _Shot:
+        """Photographs the world as built."""
+        configuration = self._configuration
+        pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
+        pose = frame_scene(
+            self._world.corners(),
+            self._intrinsics,
+            pitch_rad=math.radians(pitch_deg),
+            yaw_rad=draft.yaw_rad,
+            distance_factor=rng.uniform(1.0, _FARTHEST),
+        )
+        return _Shot(pose, self._camera.picture(pose, draw_light(rng)))
+
+    def _sees_everything(self, picture: Picture) -> bool:
+        least_pixels = _LEAST_SHARE * picture.bodies.size
+        return all(
+            np.count_nonzero(picture.bodies == body.id) >= least_pixels
+            for body in self._world.bodies
+        )
+
+    def _scene(self, draft: _Draft, shot: _Shot, stable: dict[str, Truth]) -> SimulatedScene:
+        layout = draft.layout
         fractions = visible_fractions(
             self._world, self._camera, shot.pose, layout, shot.picture.bodies
         )
-        structures = find_structures([piece.name for piece in layout.pieces], layout.supports())
-        stable = stability(self._world, structures, _rng(seed, index, "jitter"))
         return SimulatedScene(
             frame=self._frame(shot),
             objects=[_known(number, piece) for number, piece in enumerate(layout.pieces, 1)],
@@ -151,45 +210,11 @@ class SimulationEngine:
             ],
             structure_labels=[
                 StructureLabel(members=list(members), stable=structure_stability(members, stable))
-                for members in structures
+                for members in structures_of(layout)
             ],
             arrangement=str(layout.arrangement),
             supports=layout.supports(),
             placed=[PlacedObject(body.piece, body.pose) for body in self._world.bodies],
-        )
-
-    def close(self) -> None:
-        """Ends the physics client."""
-        self._world.close()
-
-    def _shoot(self, seed: int, index: int) -> _Shot:
-        """Draws, builds and photographs scenes until the camera sees something of every object."""
-        configuration = self._configuration
-        arrangement = Arrangement(configuration.arrangement)
-        least_pixels = _LEAST_SHARE * configuration.width * configuration.height
-        for attempt in range(_ATTEMPTS):
-            rng = _rng(seed, index, "view", attempt)
-            yaw = math.radians(configuration.yaw_deg) * rng.uniform(-1.0, 1.0)
-            layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
-            self._world.build(layout.pieces)
-            pose = frame_scene(
-                self._world.corners(),
-                self._intrinsics,
-                pitch_rad=math.radians(
-                    rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
-                ),
-                yaw_rad=yaw,
-                distance_factor=rng.uniform(1.0, _FARTHEST),
-            )
-            picture = self._camera.picture(pose, draw_light(rng))
-            if all(
-                np.count_nonzero(picture.bodies == body.id) >= least_pixels
-                for body in self._world.bodies
-            ):
-                return _Shot(layout, pose, picture)
-        raise SimulationError(
-            f"scene (seed {seed}, index {index}): the camera misses an object in each of "
-            f"{_ATTEMPTS} attempts: change pitch_min_deg and pitch_max_deg"
         )
 
     def _frame(self, shot: _Shot) -> Frame:
@@ -208,15 +233,22 @@ class SimulationEngine:
 
 
 @dataclass(frozen=True, eq=False)
-class _Shot:
+class _Draft:
     layout: Layout
+    yaw_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Shot:
     pose: Pose
     picture: Picture
 
 
 # An object of which less than this share of the image is seen is as good as not there.
 _LEAST_SHARE = 0.0005
-_ATTEMPTS = 100
+# Drawing costs little, building and physics much: a rare wish may take hundreds of attempts.
+_DRAWS = 20000
+_ATTEMPTS = 1000
 # The camera stands at most this many times as far as it must to see everything.
 _FARTHEST = 1.3
 
@@ -224,6 +256,12 @@ _FARTHEST = 1.3
 def _rng(seed: int, index: int, purpose: str, attempt: int = 0) -> np.random.Generator:
     """A generator for each purpose: a change to one leaves what the others draw as it was."""
     return np.random.default_rng([seed, index, *purpose.encode(), attempt])
+
+
+def _asked(wish: Wish) -> str:
+    if wish == ANY:
+        return "shows all objects to the camera: change pitch_min_deg and pitch_max_deg"
+    return f"is as wished ({wish})"
 
 
 def _check(configuration: SimulationConfiguration) -> None:
