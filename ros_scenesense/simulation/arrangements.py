@@ -96,6 +96,16 @@ def draw_layout(
     return Layout(arrangement, _place(structures, view_yaw_rad, rng))
 
 
+def draw_offset(
+    upper: CatalogueItem, lower: CatalogueItem, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Where an object is put relative to the middle of its support: (x, y) in metres."""
+    limit = _LARGEST_OVERLAP_OFFSET * (upper.width_m + lower.width_m) / 2.0
+    offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
+    direction = _draw_yaw(rng)
+    return offset * math.cos(direction), offset * math.sin(direction)
+
+
 _IN_TURN = (Arrangement.TOWERS, Arrangement.SPREAD, Arrangement.INTERSECTION)
 
 # Of the objects that carry another one, this share is irregular. More would leave few stacks
@@ -149,12 +159,9 @@ def _draw_stack(colors: Sequence[Color], rng: np.random.Generator) -> list[Piece
             pieces.append(Piece(item, color, 0.0, 0.0, _draw_yaw(rng)))
             continue
         below = pieces[-1]
-        limit = _LARGEST_OVERLAP_OFFSET * (item.width_m + below.item.width_m) / 2.0
-        offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
-        direction = _draw_yaw(rng)
-        x = below.x_m + offset * math.cos(direction)
-        y = below.y_m + offset * math.sin(direction)
-        pieces.append(Piece(item, color, x, y, _draw_yaw(rng), len(pieces) - 1))
+        x, y = draw_offset(item, below.item, rng)
+        place = (below.x_m + x, below.y_m + y, _draw_yaw(rng))
+        pieces.append(Piece(item, color, *place, len(pieces) - 1))
     return pieces
 
 

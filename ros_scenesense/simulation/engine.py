@@ -20,7 +20,7 @@ from ros_scenesense.scene import Frame, Truth
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
 from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
 from ros_scenesense.simulation.stability import stability, structure_stability
-from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.view import Light, draw_light, frame_scene, renderer_intrinsics
 from ros_scenesense.simulation.wish import ANY, Wish, structures_of
 
 if TYPE_CHECKING:
@@ -182,7 +182,8 @@ class SimulationEngine:
             yaw_rad=draft.yaw_rad,
             distance_factor=rng.uniform(1.0, _FARTHEST),
         )
-        return _Shot(pose, self._camera.picture(pose, draw_light(rng)))
+        light = draw_light(rng)
+        return _Shot(pose, light, self._camera.picture(pose, light))
 
     def _sees_everything(self, picture: Picture) -> bool:
         least_pixels = _LEAST_SHARE * picture.bodies.size
@@ -241,6 +242,7 @@ class _Draft:
 @dataclass(frozen=True, eq=False)
 class _Shot:
     pose: Pose
+    light: Light
     picture: Picture
 
 

@@ -25,31 +25,37 @@ NOT_OCCLUDED_FROM = 0.97
 
 def visible_fractions(
     world: World, camera: Camera, pose: Pose, layout: Layout, bodies: npt.NDArray[np.int32]
-) -> list[float]:
+) -> list[float | None]:
     """The visible share of every piece of the layout.
 
     Args:
         world: The world as built; left as built.
         camera: Takes the pictures.
-        pose: Of the camera, which must have every object in the image.
+        pose: Of the camera.
         layout: What stands in the world.
         bodies: (H, W) Bullet ids as seen from the pose.
 
     Returns:
         Visible pixels / pixels that would be visible if only the object and what it carries,
-        directly or not, were there.
+        directly or not, were there. None if it would not be in the image even then.
     """
-    fractions = []
+    fractions: list[float | None] = []
     for body, load in zip(world.bodies, _loads(layout), strict=True):
         world.show_only(load)
         unhidden = camera.bodies(pose) == body.id
-        fractions.append(float(np.mean((bodies == body.id)[unhidden])))
+        seen = (bodies == body.id)[unhidden]
+        fractions.append(float(np.mean(seen)) if seen.size else None)
     world.reset()
     return fractions
 
 
-def occlusion(visible_fraction: float) -> Truth:
-    """TRUE below .90, FALSE from .97 on; between them lie rims and slivers: AMBIGUOUS."""
+def occlusion(visible_fraction: float | None) -> Truth:
+    """TRUE below .90, FALSE from .97 on; between them lie rims and slivers: AMBIGUOUS.
+
+    So is an object that is not in the image.
+    """
+    if visible_fraction is None:
+        return Truth.AMBIGUOUS
     if visible_fraction < OCCLUDED_BELOW:
         return Truth.TRUE
     return Truth.FALSE if visible_fraction >= NOT_OCCLUDED_FROM else Truth.AMBIGUOUS

@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -71,8 +71,28 @@ class World:
         """Replaces the bodies by these; each is lowered until it touches what is below."""
         self.clear()
         for piece in pieces:
-            self.bodies.append(self._put(piece))
+            self.put(piece)
         return self.bodies
+
+    def put(self, piece: Piece) -> Body:
+        """Adds a body; it is lowered from above everything until it touches what is below."""
+        body = self._put(piece)
+        self.bodies.append(body)
+        return body
+
+    def remove(self, body: Body) -> None:
+        """Takes a body away."""
+        self.bodies.remove(body)
+        pybullet.removeBody(body.id, physicsClientId=self.client)
+
+    def keep(self) -> None:
+        """From now on every body was built where it is now, e.g. after time ran."""
+        for index, body in enumerate(self.bodies):
+            position, orientation = pybullet.getBasePositionAndOrientation(
+                body.id, physicsClientId=self.client
+            )
+            piece = replace(body.piece, x_m=position[0], y_m=position[1])
+            self.bodies[index] = Body(body.id, piece, Pose(position, orientation))
 
     def clear(self) -> None:
         """Removes all bodies."""
