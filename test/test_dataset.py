@@ -1,0 +1,282 @@
+"""Datasets on disk: same bytes whatever happened, and every damage named and mended."""
+
+import errno
+import hashlib
+import multiprocessing
+import os
+import signal
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from ros_scenesense.errors import DatasetError, ParameterError
+from ros_scenesense.scene import Truth
+from ros_scenesense.simulation.arrangements import Arrangement
+from ros_scenesense.simulation.dataset.folder import DatasetFolder
+from ros_scenesense.simulation.dataset.generation import generate
+from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
+from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
+from ros_scenesense.simulation.dataset.plan import UNSTABLE_TENTHS, Draw, wish_for
+from ros_scenesense.simulation.dataset.reader import DatasetReader
+from ros_scenesense.simulation.dataset.verification import verify
+from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+
+CONFIGURATION = SimulationConfiguration(width=64, height=64, shadows=False)
+COUNT = 6
+
+
+def small(count: int = COUNT, seed: int = 3) -> Metadata:
+    return describe(CONFIGURATION, DatasetOptions(seed=seed, count=count))
+
+
+def content(path: Path) -> dict[str, str]:
+    return {
+        str(file.relative_to(path)): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in sorted(path.rglob("*"))
+        if file.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("dataset") / "finished"
+    assert generate(path, small()) == COUNT
+    return path
+
+
+@pytest.fixture
+def dataset(finished: Path, tmp_path: Path) -> Path:
+    """A copy that a test may break."""
+    path = tmp_path / "dataset"
+    for file in finished.rglob("*"):
+        if file.is_file():
+            target = path / file.relative_to(finished)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(file.read_bytes())
+    return path
+
+
+def flip(path: Path, offset: int) -> None:
+    broken = bytearray(path.read_bytes())
+    broken[offset] ^= 0x01
+    path.write_bytes(broken)
+
+
+def test_a_finished_dataset_is_whole_and_stays_as_it_is(finished: Path) -> None:
+    before = content(finished)
+    assert len(before) == 3 + 3 * COUNT
+    assert verify(finished) == []
+    assert generate(finished, small()) == 0
+    assert content(finished) == before
+
+
+def test_workers_make_the_same_bytes(finished: Path, tmp_path: Path) -> None:
+    generate(tmp_path, small(), jobs=2)
+    assert content(tmp_path) == content(finished)
+
+
+def test_a_dataset_grows(finished: Path, tmp_path: Path) -> None:
+    generate(tmp_path, small(count=2))
+    assert generate(tmp_path, small()) == COUNT - 2
+    assert content(tmp_path) == content(finished)
+
+
+def _run_and_die(path: Path) -> None:
+    def report(done: int, _count: int) -> None:
+        if done == 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    generate(path, small(), report=report)
+
+
+def test_a_killed_run_is_resumed_to_the_same_bytes(finished: Path, tmp_path: Path) -> None:
+    process = multiprocessing.get_context("spawn").Process(target=_run_and_die, args=(tmp_path,))
+    process.start()
+    process.join(timeout=60.0)
+    assert process.exitcode == -signal.SIGKILL
+    # A kill may also come while something is being written.
+    folder = DatasetFolder(tmp_path)
+    with folder.records.open("ab") as file:
+        file.write(b'{"schema":"dataset_sc')
+    folder.image("color", 3).with_name("000003.png.part").write_bytes(b"half")
+    with pytest.raises(DatasetError, match=f"3 of {COUNT} scenes"):
+        DatasetReader(tmp_path)
+    assert "scene 4 to 5 not made yet" in " ".join(str(fault) for fault in verify(tmp_path))
+    assert generate(tmp_path, small()) == COUNT - 3
+    assert content(tmp_path) == content(finished)
+
+
+def test_a_full_disk_is_one_error_and_the_run_is_resumable(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        if path.parent.name == "depth" and path.name.startswith("000002"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(DatasetError, match=r"depth/000002.png.*No space left.*same command again"):
+        generate(tmp_path, small())
+    monkeypatch.undo()
+    assert generate(tmp_path, small()) == COUNT - 2
+    assert content(tmp_path) == content(finished)
+
+
+@pytest.mark.parametrize("name", ["color/000004.png", "depth/000000.png", "instances/000005.png"])
+def test_a_flipped_byte_of_an_image_is_found_and_mended(
+    finished: Path, dataset: Path, name: str
+) -> None:
+    flip(dataset / name, -20)
+    (fault,) = verify(dataset)
+    assert str(fault) == f"{name}: is not as it was written"
+    with pytest.raises(DatasetError, match=f"{name}' is damaged"):
+        list(DatasetReader(dataset))
+    assert generate(dataset, small()) == 1
+    assert content(dataset) == content(finished)
+
+
+@pytest.mark.parametrize("name", ["scenes.jsonl", "index.jsonl"])
+@pytest.mark.parametrize("damage", [b"", b"{", b"\xff\xfe", b"[" * 5000, b'{"index": 1}'])
+def test_a_damaged_line_is_named_and_mended(
+    finished: Path, dataset: Path, name: str, damage: bytes
+) -> None:
+    lines = (dataset / name).read_bytes().split(b"\n")
+    lines[1] = damage
+    (dataset / name).write_bytes(b"\n".join(lines))
+    (fault,) = verify(dataset)
+    assert fault.file == f"{name} line 2"
+    with pytest.raises(DatasetError, match=f"{name}' line 2 is damaged"):
+        DatasetReader(dataset)[1]
+    assert len(DatasetReader(dataset)[2].objects) > 0
+    assert generate(dataset, small()) == 1
+    assert content(dataset) == content(finished)
+
+
+def test_a_changed_label_is_found(finished: Path, dataset: Path) -> None:
+    records = dataset / "scenes.jsonl"
+    text = records.read_bytes()
+    records.write_bytes(text.replace(b'"stable":"true"', b'"stable":"false"', 1))
+    (fault,) = verify(dataset)
+    assert "scenes.jsonl scene" in str(fault)
+    assert generate(dataset, small()) == 1
+    assert content(dataset) == content(finished)
+
+
+def test_a_missing_file_is_named_and_mended(finished: Path, dataset: Path) -> None:
+    (dataset / "color/000002.png").unlink()
+    assert [str(fault) for fault in verify(dataset)] == ["color/000002.png: is missing"]
+    with pytest.raises(DatasetError, match=r"color/000002.png' cannot be read"):
+        DatasetReader(dataset)[2]
+    (dataset / "scenes.jsonl").unlink()
+    assert len(verify(dataset)) > 1
+    generate(dataset, small())
+    assert content(dataset) == content(finished)
+
+
+def test_damaged_metadata_can_be_replaced(finished: Path, dataset: Path) -> None:
+    metadata = dataset / "metadata.json"
+    metadata.write_bytes(metadata.read_bytes()[:100])
+    for action in (verify, DatasetReader, lambda path: generate(path, small())):
+        with pytest.raises(DatasetError, match=r"metadata.json' is damaged.*delete this file"):
+            action(dataset)
+    metadata.unlink()
+    with pytest.raises(DatasetError, match="other options"):
+        generate(dataset, small(seed=4))
+    assert generate(dataset, small()) == 0
+    assert content(dataset) == content(finished)
+
+
+def test_folders_of_something_else_are_left_alone(dataset: Path, tmp_path: Path) -> None:
+    before = content(dataset)
+    with pytest.raises(DatasetError, match="seed is 3, not 4"):
+        generate(dataset, small(seed=4))
+    with pytest.raises(DatasetError, match=r"more than 2: a dataset\s+can only grow"):
+        generate(dataset, small(count=2))
+    other = msgspec.structs.replace(small(), versions={**small().versions, "pybullet": "0.1"})
+    with pytest.raises(DatasetError, match=r"versions is .*'pybullet': '0.1'"):
+        generate(dataset, other)
+    assert content(dataset) == before
+    foreign = tmp_path / "foreign"
+    foreign.mkdir()
+    (foreign / "thesis.txt").write_text("no copy of this")
+    with pytest.raises(DatasetError, match="no dataset"):
+        generate(foreign, small())
+    assert list(content(foreign)) == ["thesis.txt"]
+    with pytest.raises(DatasetError, match="is not a dataset"):
+        verify(foreign)
+    with pytest.raises(DatasetError, match="cannot be made"):
+        generate(foreign / "thesis.txt", small())
+
+
+def test_two_runs_do_not_write_the_same_folder(tmp_path: Path) -> None:
+    def second(done: int, _count: int) -> None:
+        if done == 1:
+            with pytest.raises(DatasetError, match="another run"):
+                generate(tmp_path, small())
+
+    generate(tmp_path, small(count=1), report=second)
+
+
+def test_wrong_parameters_are_named() -> None:
+    with pytest.raises(ParameterError, match="'width' is 3"):
+        describe(SimulationConfiguration(width=3), DatasetOptions())
+    with pytest.raises(ParameterError, match="'count' is 0"):
+        small(count=0)
+    with pytest.raises(ParameterError, match="'seed' is -1"):
+        small(seed=-1)
+
+
+def test_what_is_read_is_what_was_simulated(finished: Path) -> None:
+    reader = DatasetReader(finished)
+    engine = SimulationEngine(CONFIGURATION)
+    for index in (0, 4):
+        wish = wish_for(Draw.BALANCED, Arrangement.MIXED, 3, index)
+        made, read = engine.scene(3, index, wish), reader[index]
+        assert np.array_equal(read.frame.color, made.frame.color)
+        assert np.array_equal(read.frame.instances, made.frame.instances)
+        assert np.abs(read.frame.depth - made.frame.depth).max() <= 0.51 * DEPTH_UNIT_M
+        assert read.frame.camera_pose == made.frame.camera_pose
+        assert read.frame.intrinsics == made.frame.intrinsics
+        assert read.frame.frame_id == made.frame.frame_id
+        for name in ("objects", "object_labels", "structure_labels", "arrangement", "supports"):
+            assert getattr(read, name) == getattr(made, name)
+        assert [(p.piece, p.pose) for p in read.placed] == [(p.piece, p.pose) for p in made.placed]
+    engine.close()
+
+
+def test_the_reader_is_a_sequence(finished: Path) -> None:
+    reader = DatasetReader(finished)
+    assert len(reader) == COUNT
+    assert reader[-1].objects == reader[COUNT - 1].objects
+    assert [scene.arrangement for scene in reader[:3]] == ["towers", "spread", "intersection"]
+    with pytest.raises(IndexError):
+        reader[COUNT]
+    assert [record.index for record in reader.records()] == list(range(COUNT))
+
+
+def test_stacks_are_as_planned(finished: Path) -> None:
+    for record in DatasetReader(finished).records():
+        wish = wish_for(Draw.BALANCED, Arrangement.MIXED, 3, record.index)
+        assert record.arrangement == wish.arrangement
+        if wish.stacked is not None:
+            stack = max(record.structure_labels, key=lambda label: len(label.members))
+            assert len(stack.members) == wish.stacked
+            assert stack.stable is (Truth.TRUE if wish.stable else Truth.FALSE)
+
+
+@pytest.mark.parametrize("seed", [0, 7])
+def test_the_plan_is_balanced(seed: int) -> None:
+    wishes = [wish_for(Draw.BALANCED, Arrangement.MIXED, seed, index) for index in range(360)]
+    for arrangement, stacks in ((Arrangement.TOWERS, 4), (Arrangement.INTERSECTION, 3)):
+        mine = [wish for wish in wishes if wish.arrangement is arrangement]
+        assert len(mine) == 120
+        for stacked in range(2, 2 + stacks):
+            stable = [wish.stable for wish in mine if wish.stacked == stacked]
+            assert len(stable) == 120 // stacks
+            assert stable.count(False) == len(stable) * UNSTABLE_TENTHS[stacked] // 10
+    alone = [wish_for(Draw.BALANCED, Arrangement.TOWERS, seed, index) for index in range(120)]
+    assert alone == [wish for wish in wishes if wish.arrangement is Arrangement.TOWERS]
