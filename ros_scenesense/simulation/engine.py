@@ -157,21 +157,21 @@ class SimulationEngine:
         """Ends the physics client."""
         self._world.close()
 
-    def _draw(self, seed: int, index: int, attempt: int, wish: Wish) -> _Draft:
+    def _draw(self, seed: int, index: int, attempt: int, wish: Wish) -> Draft:
         """What stands where, and from which side it is seen."""
         side = _rng(seed, index, "side", attempt).uniform(-1.0, 1.0)
         yaw = math.radians(self._configuration.yaw_deg) * side
         arrangement = wish.arrangement or Arrangement(self._configuration.arrangement)
         layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
-        return _Draft(layout, yaw)
+        return Draft(layout, yaw)
 
-    def _label(self, draft: _Draft, rng: np.random.Generator) -> dict[str, Truth]:
+    def _label(self, draft: Draft, rng: np.random.Generator) -> dict[str, Truth]:
         """Stability of the bodies as built, which stand there again afterwards."""
         stable = stability(self._world, structures_of(draft.layout), rng)
         self._world.reset()
         return stable
 
-    def _shoot(self, draft: _Draft, rng: np.random.Generator) -> _Shot:
+    def _shoot(self, draft: Draft, rng: np.random.Generator) -> Shot:
         """Photographs the world as built."""
         configuration = self._configuration
         pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
@@ -183,7 +183,7 @@ class SimulationEngine:
             distance_factor=rng.uniform(1.0, _FARTHEST),
         )
         light = draw_light(rng)
-        return _Shot(pose, light, self._camera.picture(pose, light))
+        return Shot(pose, light, self._camera.picture(pose, light))
 
     def _sees_everything(self, picture: Picture) -> bool:
         least_pixels = _LEAST_SHARE * picture.bodies.size
@@ -192,7 +192,7 @@ class SimulationEngine:
             for body in self._world.bodies
         )
 
-    def _scene(self, draft: _Draft, shot: _Shot, stable: dict[str, Truth]) -> SimulatedScene:
+    def _scene(self, draft: Draft, shot: Shot, stable: dict[str, Truth]) -> SimulatedScene:
         layout = draft.layout
         fractions = visible_fractions(
             self._world, self._camera, shot.pose, layout, shot.picture.bodies
@@ -218,7 +218,7 @@ class SimulationEngine:
             placed=[PlacedObject(body.piece, body.pose) for body in self._world.bodies],
         )
 
-    def _frame(self, shot: _Shot) -> Frame:
+    def _frame(self, shot: Shot) -> Frame:
         instances = np.zeros(shot.picture.bodies.shape, dtype=np.uint16)
         for number, body in enumerate(self._world.bodies, 1):
             instances[shot.picture.bodies == body.id] = number
@@ -234,13 +234,17 @@ class SimulationEngine:
 
 
 @dataclass(frozen=True, eq=False)
-class _Draft:
+class Draft:
+    """What is built, and from which side it is seen."""
+
     layout: Layout
     yaw_rad: float
 
 
 @dataclass(frozen=True, eq=False)
-class _Shot:
+class Shot:
+    """A picture, and how it was taken."""
+
     pose: Pose
     light: Light
     picture: Picture

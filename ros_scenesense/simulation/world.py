@@ -94,6 +94,12 @@ class World:
             piece = replace(body.piece, x_m=position[0], y_m=position[1])
             self.bodies[index] = Body(body.id, piece, Pose(position, orientation))
 
+    def renew(self) -> None:
+        """Makes every body anew where it was built: Bullet forgets what happened to it before."""
+        bodies = self.bodies
+        self.clear()
+        self.bodies = [replace(body, id=self._make(body.piece, body.pose)) for body in bodies]
+
     def clear(self) -> None:
         """Removes all bodies."""
         for body in self.bodies:
@@ -179,17 +185,23 @@ class World:
         )
 
     def _put(self, piece: Piece) -> Body:
-        collision, visual = self._shape(piece.item, piece.color)
         # Above everything that is there; then lowered.
         top = sum(body.piece.item.height_m for body in self.bodies) + piece.item.height_m
         orientation = pybullet.getQuaternionFromEuler([0.0, 0.0, piece.yaw_rad])
+        body_id = self._make(piece, Pose((piece.x_m, piece.y_m, top), orientation))
+        z = self._lower(body_id, piece, top, orientation)
+        return Body(body_id, piece, Pose((piece.x_m, piece.y_m, z), orientation))
+
+    def _make(self, piece: Piece, pose: Pose) -> int:
+        """Bullet's id of a new body."""
+        collision, visual = self._shape(piece.item, piece.color)
         body_id = int(
             pybullet.createMultiBody(
                 piece.item.mass_kg,
                 collision,
                 visual,
-                [piece.x_m, piece.y_m, top],
-                orientation,
+                pose.position,
+                pose.orientation,
                 physicsClientId=self.client,
             )
         )
@@ -198,8 +210,7 @@ class World:
             # Enough to keep a sphere where it was put, too little to hold up what is put on it.
             friction |= {"rollingFriction": 0.0003}
         pybullet.changeDynamics(body_id, -1, **friction, physicsClientId=self.client)
-        z = self._lower(body_id, piece, top, orientation)
-        return Body(body_id, piece, Pose((piece.x_m, piece.y_m, z), orientation))
+        return body_id
 
     def _lower(self, body: int, piece: Piece, z: float, orientation: Quaternion) -> float:
         """Conservative advancement: down by the distance to the nearest thing until it touches.
