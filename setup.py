@@ -50,6 +50,7 @@ setup(
     install_requires=[
         "clingo",
         "Jinja2",
+        "joblib",
         "msgspec",
         "numpy",
         "open3d",

@@ -7,12 +7,17 @@ import os
 import signal
 from pathlib import Path
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
 
+from ros_scenesense.cli import main as cli
 from ros_scenesense.errors import DatasetError, ParameterError
-from ros_scenesense.scene import Truth
+from ros_scenesense.geometry import Intrinsics, Pose, look_at
+from ros_scenesense.messages.scenes import KnownObject, ObjectLabel
+from ros_scenesense.results import read_result
+from ros_scenesense.scene import Position, Size, Surface, Truth
 from ros_scenesense.simulation.arrangements import Arrangement
 from ros_scenesense.simulation.dataset.folder import DatasetFolder
 from ros_scenesense.simulation.dataset.generation import generate
@@ -20,8 +25,15 @@ from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
 from ros_scenesense.simulation.dataset.plan import UNSTABLE_TENTHS, Draw, wish_for
 from ros_scenesense.simulation.dataset.reader import DatasetReader
+from ros_scenesense.simulation.dataset.record import SceneRecord
+from ros_scenesense.simulation.dataset.situations import positions, situations
+from ros_scenesense.simulation.dataset.statistics import statistics
 from ros_scenesense.simulation.dataset.verification import verify
-from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.engine import (
+    PlacedObject,
+    SimulationConfiguration,
+    SimulationEngine,
+)
 
 CONFIGURATION = SimulationConfiguration(width=64, height=64, shadows=False)
 COUNT = 6
@@ -280,3 +292,122 @@ def test_the_plan_is_balanced(seed: int) -> None:
             assert stable.count(False) == len(stable) * UNSTABLE_TENTHS[stacked] // 10
     alone = [wish_for(Draw.BALANCED, Arrangement.TOWERS, seed, index) for index in range(120)]
     assert alone == [wish for wish in wishes if wish.arrangement is Arrangement.TOWERS]
+
+
+def labelled(stable: Truth, occluded: Truth = Truth.FALSE, name: str = "a") -> ObjectLabel:
+    return ObjectLabel(name=name, stable=stable, occluded=occluded)
+
+
+def record_with(
+    objects: list[KnownObject],
+    labels: list[ObjectLabel],
+    supports: list[tuple[str, str]],
+    centres: list[tuple[float, float, float]],
+) -> SceneRecord:
+    """Seen from a camera that looks along the world's x axis."""
+    upright = (0.0, 0.0, 0.0, 1.0)
+    return SceneRecord(
+        index=0,
+        arrangement="towers",
+        objects=objects,
+        object_labels=labels,
+        structure_labels=[],
+        supports=supports,
+        placed=[PlacedObject(None, Pose(centre, upright)) for centre in centres],
+        frame_id="camera",
+        camera_pose=look_at((-1.0, 0.0, 0.4), (0.0, 0.0, 0.0)),
+        intrinsics=Intrinsics(64, 64, 50.0, 50.0, 32.0, 31.0),
+    )
+
+
+def known(name: str, size: str = "large", surface: str = "flat") -> KnownObject:
+    return KnownObject(instance=1, name=name, size=Size(size), surface=Surface(surface))
+
+
+def test_situations_are_those_of_the_axioms() -> None:
+    record = record_with(
+        [known("base", "small"), known("duck", surface="irregular"), known("top"), known("far")],
+        [labelled(Truth.TRUE, name=name) for name in ("base", "duck", "top", "far")],
+        [("duck", "base"), ("top", "duck")],
+        [(0.0, 0.0, 0.05), (0.0, 0.0, 0.15), (0.0, 0.0, 0.25), (0.5, 0.1, 0.05)],
+    )
+    base, duck, top, far = situations(record)
+    assert [one.tower_height for one in (base, duck, top, far)] == [1, 2, 3, 1]
+    assert [one.above for one in (base, duck, top, far)] == [False, True, True, False]
+    assert [one.behind for one in (base, duck, top, far)] == [False, False, False, True]
+    assert [one.small_base for one in (base, duck, top, far)] == [False, True, True, False]
+    assert [one.irregular_below for one in (base, duck, top, far)] == [False, False, True, False]
+    assert [one.large_on_small for one in (base, duck, top, far)] == [False, True, False, False]
+    assert positions(record)[3] == [Position.BEHIND] * 3
+    assert positions(record)[0] == [Position.BELOW, Position.BELOW, Position.FRONT]
+
+
+def test_truth_of_the_axioms_is_a_share_of_the_unambiguous() -> None:
+    two = [(0.0, 0.0, 0.05), (0.0, 0.0, 0.15)]
+    records = [
+        record_with(
+            [known("base", "small"), known("top")],
+            [labelled(Truth.TRUE, name="base"), labelled(truth, name="top")],
+            [("top", "base")],
+            two,
+        )
+        for truth in (Truth.FALSE, Truth.FALSE, Truth.FALSE, Truth.TRUE, Truth.AMBIGUOUS)
+    ]
+    found = statistics(records)
+    assert found.figures["p_unstable_small_base"] == 0.75
+    assert found.figures["p_unstable_large_on_small"] == 0.75
+    assert found.figures["p_stable_not_above"] == 1.0
+    assert found.figures["p_not_occluded_not_behind"] == 1.0
+    assert "p_unstable_tower_above_4" not in found.figures
+    assert found.figures["share_stable_ambiguous"] == 0.1
+
+
+def command(*words: object) -> int:
+    return cli.main(["dataset", *(str(word) for word in words)])
+
+
+def test_the_commands(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "made"
+    size = ("--width", 64, "--height", 64, "--shadows", "false")
+    assert command("generate", path, "--count", 3, "--seed", 5, "--jobs", 1, *size) == 0
+    assert "3 scenes, 3 of them made now" in capfd.readouterr().out
+    assert command("verify", path) == 0
+    assert command("stats", path, "--json", tmp_path / "stats.json") == 0
+    assert "Axioms in physics" in capfd.readouterr().out
+    result = read_result(tmp_path / "stats.json")
+    assert result.seed == 5
+    assert result.figures["scenes"] == 3.0
+    assert command("show", path, "--out", tmp_path / "sheet.png", "--scenes", 2) == 0
+    sheet = cv2.imread(str(tmp_path / "sheet.png"))
+    assert sheet.shape[1] == 2 * (64 + 6)
+    flip(path / "color" / "000001.png", -20)
+    assert command("verify", path) == 1
+    assert "color/000001.png: is not as it was written" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["generate", "{path}", "--count", "none"], 2, "'count' is 'none'"),
+        (["generate", "{path}", "--arrangement", "pile"], 2, "'arrangement' is 'pile'"),
+        (["generate", "{path}", "--jobs", "0"], 2, "--jobs is 0"),
+        (["verify", "{path}"], 1, "is not a dataset"),
+        (["stats", "{path}"], 1, "is not a dataset"),
+        (["show", "{finished}", "--out", "{path}/a.png", "--scenes", "0"], 2, "--scenes is 0"),
+        (["show", "{finished}", "--out", "{path}/a.png", "--arrangement", "pile"], 2, "pile"),
+        (["show", "{finished}", "--out", "/proc/a.png"], 1, "cannot be written"),
+    ],
+)
+def test_wrong_words_are_one_line(
+    words: list[str],
+    code: int,
+    said: str,
+    finished: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    named = [word.format(path=tmp_path, finished=finished) for word in words]
+    assert command(*named) == code
+    error = capfd.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1

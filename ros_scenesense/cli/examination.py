@@ -26,6 +26,7 @@ from ros_scenesense.resources import resource
 DEPENDENCIES = {
     "clingo": "clingo",
     "Jinja2": "jinja2",
+    "joblib": "joblib",
     "msgspec": "msgspec",
     "numpy": "numpy",
     "open3d": "open3d",

@@ -9,7 +9,8 @@ from __future__ import annotations
 import fcntl
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
@@ -21,7 +22,7 @@ from ros_scenesense.simulation.dataset.folder import DatasetFolder, MadeScene
 from ros_scenesense.simulation.dataset.metadata import Metadata
 from ros_scenesense.simulation.dataset.plan import wish_for
 from ros_scenesense.simulation.dataset.record import record_of
-from ros_scenesense.simulation.engine import SimulationEngine
+from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
 
 Report = Callable[[int, int], None]
 """Takes the number of scenes that are there and of those that shall be, after each scene."""
@@ -35,7 +36,8 @@ def generate(
     Args:
         path: Folder of the dataset: new, empty, or one of the same metadata. The count may grow.
         metadata: What to make.
-        jobs: Number of worker processes; 1 works in this process.
+        jobs: Number of worker processes; 1 works in this process, which then grows by some
+            kilobytes per scene.
         report: Told of the progress.
 
     Returns:
@@ -61,32 +63,38 @@ def generate(
 
 
 def make_scenes(metadata: Metadata, indices: Sequence[int]) -> list[MadeScene]:
-    """Makes these scenes of a dataset, ready to be written; the work of one job."""
-    engine = SimulationEngine(metadata.configuration)
+    """Makes these scenes of a dataset, ready to be written: the job of a worker process."""
+    engine = _engine_of_worker(metadata.configuration)
+    return [make_scene(engine, metadata, index) for index in indices]
+
+
+def make_scene(engine: SimulationEngine, metadata: Metadata, index: int) -> MadeScene:
+    """Makes a scene of a dataset with an engine of its configuration, ready to be written."""
     arrangement = Arrangement(metadata.configuration.arrangement)
-    try:
-        return [_make(engine, metadata, index, arrangement) for index in indices]
-    finally:
-        engine.close()
-
-
-# Few scenes per job keep the order of the results cheap; many spread the cost of an engine.
-_SCENES_PER_JOB = 25
-# Bullet keeps some memory of every scene it ever showed: after so many, a worker is replaced.
-_SCENES_PER_WORKER = 2000
-
-
-def _make(
-    engine: SimulationEngine, metadata: Metadata, index: int, arrangement: Arrangement
-) -> MadeScene:
     wish = wish_for(metadata.draw, arrangement, metadata.seed, index)
     scene = engine.scene(metadata.seed, index, wish)
     line = msgspec.json.encode(record_of(index, scene))
     return MadeScene(index, line, images.encode(scene.frame))
 
 
+_SCENES_PER_JOB = 10
+# Bullet keeps some memory of every scene it ever showed: after so many, a worker is replaced.
+_SCENES_PER_WORKER = 2000
+
+
+@lru_cache(maxsize=1)
+def _engine_of_worker(configuration: SimulationConfiguration) -> SimulationEngine:
+    """Kept from job to job, for Bullet never gives back the memory of an engine's meshes."""
+    return SimulationEngine(configuration)
+
+
 def _made(metadata: Metadata, indices: Sequence[int], jobs: int) -> Iterator[MadeScene]:
     """The scenes in the order of the indices."""
+    if jobs == 1:
+        with closing(SimulationEngine(metadata.configuration)) as engine:
+            for index in indices:
+                yield make_scene(engine, metadata, index)
+        return
     share = jobs * _SCENES_PER_WORKER
     for first in range(0, len(indices), share):
         yield from _made_by_workers(metadata, indices[first : first + share], jobs)
@@ -109,8 +117,7 @@ def _made_by_workers(metadata: Metadata, indices: Sequence[int], jobs: int) -> I
             "the same command again, or with fewer --jobs"
         ) from error
     finally:
-        if jobs > 1:
-            get_reusable_executor().shutdown(wait=True, kill_workers=True)
+        get_reusable_executor().shutdown(wait=True, kill_workers=True)
 
 
 def _prepare(folder: DatasetFolder, metadata: Metadata) -> dict[int, tuple[bytes, bytes]]:
