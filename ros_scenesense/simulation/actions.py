@@ -104,9 +104,9 @@ class Manipulation:
         load = self._load(name)
         if load:
             return _refused(f"{load} stands on {name}")
+        self.world.renew()
         before = self._positions()
         del before[name]
-        self.world.renew()
         body = self._body(name)
         self._lift(body)
         self.held = body.piece
@@ -131,12 +131,12 @@ class Manipulation:
             return _refused(f"the hand holds {self.held.name}, not {name}")
         if location == name:
             return _refused(f"{name} cannot be put on itself")
+        self.world.renew()
         place = self._place(self.held, location, rng)
         if isinstance(place, ActionOutcome):
             return place
         x, y = place
         before = self._positions()
-        self.world.renew()
         self.world.put(replace(self.held, x_m=x, y_m=y, support=None))
         self.held = None
         moved = self._settle(before)
@@ -222,7 +222,10 @@ class Manipulation:
         ]
 
     def _free_place(self, piece: Piece, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Where nothing is near and the camera sees the object with least behind or before it."""
+        """Where nothing is near and the camera sees the object with least behind or before it.
+
+        Of equally good places it takes the one nearest to the others.
+        """
         obstacles = self.world.corners().reshape(-1, 8, 3)
         middle = obstacles[..., :2].mean(axis=(0, 1)) if len(obstacles) else np.zeros(2)
         places = middle + rng.uniform(-_REACH_M, _REACH_M, (_CANDIDATES, 2))
@@ -230,8 +233,10 @@ class Manipulation:
         free = self.view.contains(boxes) & (_gaps(places, piece, obstacles) >= CLEARANCE_M)
         if not np.any(free):
             return None
-        hidden = _overlaps(boxes, self.view.boxes(obstacles))
-        best = int(np.argmin(np.where(free, hidden, math.inf)))
+        # Pixels first; a metre, which breaks ties, weighs as little as one of them.
+        cost = _overlaps(boxes, self.view.boxes(obstacles))
+        cost += np.linalg.norm(places - middle, axis=1)
+        best = int(np.argmin(np.where(free, cost, math.inf)))
         return float(places[best, 0]), float(places[best, 1])
 
 

@@ -44,6 +44,12 @@ class Story:
     index: int
     actions: tuple[PlannedAction, ...] = ()
 
+    @property
+    def in_hand(self) -> str | None:
+        """What the robot holds."""
+        last = self.actions[-1] if self.actions else None
+        return last.object if last is not None and last.kind == "pickup" else None
+
     def then(self, action: PlannedAction) -> Story:
         """The story with one more action."""
         return replace(self, actions=(*self.actions, action))
