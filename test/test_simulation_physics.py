@@ -10,7 +10,7 @@ from ros_scenesense.scene import Size, Surface, Truth
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece
 from ros_scenesense.simulation.camera import Camera
 from ros_scenesense.simulation.catalogue import CATALOGUE, CatalogueItem, Color, Shape
-from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
+from ros_scenesense.simulation.occlusion import Visibility, occlusion, visibilities
 from ros_scenesense.simulation.stability import stability, structure_stability
 from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
 from ros_scenesense.simulation.world import World
@@ -104,14 +104,49 @@ def test_bodies_touch_what_carries_them(world: World) -> None:
     assert corners[1, :, 2].min() == pytest.approx(duck.height_m, abs=0.004)
 
 
-def fractions(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[float]:
+def seen(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[Visibility]:
     intrinsics = renderer_intrinsics(320, 240, 40.0)
     camera = Camera(world, intrinsics, shadows=False)
     world.build(pieces)
     pose = frame_scene(world.corners(), intrinsics, math.radians(pitch_deg), 0.0, 1.1)
     picture = camera.picture(pose, draw_light(np.random.default_rng(0)))
     layout = Layout(Arrangement.SPREAD, tuple(pieces))
-    return visible_fractions(world, camera, pose, layout, picture.bodies)
+    return visibilities(world, camera, pose, layout, picture.bodies)
+
+
+def fractions(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[float | None]:
+    return [one.fraction for one in seen(world, pieces, pitch_deg)]
+
+
+def test_who_hides_whom(world: World) -> None:
+    rear, *others = seen(
+        world,
+        [
+            piece(LARGE_CUBE, Color.RED, x=0.2),
+            piece(MEDIUM_CUBE, Color.BLUE, y=0.04),
+            piece(SMALL_CUBE, Color.GREEN, y=-0.04),
+            piece(SMALL_CUBE, Color.WHITE, y=0.3),
+        ],
+        pitch_deg=5.0,
+    )
+    assert [(one.object, one.by) for one in rear.hidden] == [
+        ("red_cube", "blue_cube"),
+        ("red_cube", "green_cube"),
+    ]
+    assert rear.hidden[0].share > rear.hidden[1].share > 0.05
+    assert sum(one.share for one in rear.hidden) == pytest.approx(1.0 - rear.fraction)
+    assert all(not other.hidden for other in others)
+
+
+def test_a_load_does_not_hide_but_what_stands_before_both_does(world: World) -> None:
+    pieces = [
+        piece(MEDIUM_CUBE, Color.RED, x=0.2),
+        piece(MEDIUM_CUBE, Color.BLUE, x=0.2, support=0),
+        piece(LARGE_CUBE, Color.WHITE),
+    ]
+    below, above, _ = seen(world, pieces, pitch_deg=10.0)
+    assert {one.by for one in below.hidden} == {"white_cube"}
+    assert {one.by for one in above.hidden} <= {"white_cube"}
 
 
 def test_what_stands_in_front_hides(world: World) -> None:

@@ -7,7 +7,7 @@ is imported when the engine is built, in the worker process: configurations are 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,11 @@ from ros_scenesense.geometry import Pose
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLabel
 from ros_scenesense.parameters import parameter, parameters_of
 from ros_scenesense.scene import Frame, Truth
+from ros_scenesense.simulation.appearance import Appearance, draw_appearance, dress
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
-from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
+from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS, PLAIN
+from ros_scenesense.simulation.occlusion import Hiding, occlusion, visibilities
+from ros_scenesense.simulation.relations import ExactRelation, exact_relations, naming_axes
 from ros_scenesense.simulation.stability import stability, structure_stability
 from ros_scenesense.simulation.view import Light, draw_light, frame_scene, renderer_intrinsics
 from ros_scenesense.simulation.wish import ANY, Wish, structures_of
@@ -55,7 +58,23 @@ class SimulationConfiguration:
         minimum=0.0,
         maximum=180.0,
     )
+    roll_deg: float = parameter(
+        0.0,
+        "the camera is turned about its optical axis by up to this many degrees",
+        minimum=0.0,
+        maximum=20.0,
+    )
+    distance_max: float = parameter(
+        1.3,
+        "the camera stands at most this many times as far as it must to see everything",
+        minimum=1.0,
+        maximum=4.0,
+    )
     shadows: bool = parameter(True, "whether objects cast shadows")
+    textures: bool = parameter(True, "whether objects have textures")
+    backgrounds: int = parameter(
+        8, "number of different tables and walls; 0 = plain", minimum=0, maximum=MOST_BACKGROUNDS
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +102,9 @@ class SimulatedScene:
         arrangement: `towers`, `spread` or `intersection`.
         supports: Pairs (upper, lower) of names: what stands on what.
         placed: Where every object is, in the order of `objects`.
+        relations: True relations of every pair, in the viewer's naming frame.
+        hidden: Who hides how much of whom.
+        background: Number of the background.
     """
 
     frame: Frame
@@ -92,6 +114,9 @@ class SimulatedScene:
     arrangement: str
     supports: list[tuple[str, str]]
     placed: list[PlacedObject]
+    relations: list[ExactRelation] = field(default_factory=list)
+    hidden: list[Hiding] = field(default_factory=list)
+    background: int = PLAIN
 
 
 class SimulationEngine:
@@ -107,6 +132,7 @@ class SimulationEngine:
 
     def __init__(self, configuration: SimulationConfiguration) -> None:
         from ros_scenesense.simulation.camera import Camera
+        from ros_scenesense.simulation.survey import Surveyor
         from ros_scenesense.simulation.world import World
 
         _check(configuration)
@@ -116,6 +142,7 @@ class SimulationEngine:
         )
         self._world = World()
         self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
+        self._surveyor = Surveyor(self._world)
 
     def scene(self, seed: int, index: int, wish: Wish = ANY) -> SimulatedScene:
         """Makes one scene. The same (configuration, seed, index, wish) always gives the same scene.
@@ -143,7 +170,13 @@ class SimulationEngine:
             self._world.build(draft.layout.pieces)
             stable = self._label(draft, _rng(seed, index, "jitter", attempt))
             if wish.comes_true(draft.layout, stable):
-                shot = self._shoot(draft, _rng(seed, index, "camera", attempt))
+                appearance = draw_appearance(
+                    [piece.name for piece in draft.layout.pieces],
+                    self._configuration.textures,
+                    self._configuration.backgrounds,
+                    _rng(seed, index, "appearance", attempt),
+                )
+                shot = self._shoot(draft, appearance, _rng(seed, index, "camera", attempt))
                 if self._sees_everything(shot.picture):
                     return self._scene(draft, shot, stable)
             built += 1
@@ -171,7 +204,7 @@ class SimulationEngine:
         self._world.reset()
         return stable
 
-    def _shoot(self, draft: Draft, rng: np.random.Generator) -> Shot:
+    def _shoot(self, draft: Draft, appearance: Appearance, rng: np.random.Generator) -> Shot:
         """Photographs the world as built."""
         configuration = self._configuration
         pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
@@ -180,10 +213,11 @@ class SimulationEngine:
             self._intrinsics,
             pitch_rad=math.radians(pitch_deg),
             yaw_rad=draft.yaw_rad,
-            distance_factor=rng.uniform(1.0, _FARTHEST),
+            distance_factor=rng.uniform(1.0, configuration.distance_max),
+            roll_rad=math.radians(configuration.roll_deg) * rng.uniform(-1.0, 1.0),
         )
         light = draw_light(rng)
-        return Shot(pose, light, self._camera.picture(pose, light))
+        return Shot(pose, light, appearance, self._camera.picture(pose, light))
 
     def _sees_everything(self, picture: Picture) -> bool:
         least_pixels = _LEAST_SHARE * picture.bodies.size
@@ -194,9 +228,7 @@ class SimulationEngine:
 
     def _scene(self, draft: Draft, shot: Shot, stable: dict[str, Truth]) -> SimulatedScene:
         layout = draft.layout
-        fractions = visible_fractions(
-            self._world, self._camera, shot.pose, layout, shot.picture.bodies
-        )
+        seen = visibilities(self._world, self._camera, shot.pose, layout, shot.picture.bodies)
         return SimulatedScene(
             frame=self._frame(shot),
             objects=[_known(number, piece) for number, piece in enumerate(layout.pieces, 1)],
@@ -204,10 +236,10 @@ class SimulationEngine:
                 ObjectLabel(
                     name=piece.name,
                     stable=stable[piece.name],
-                    occluded=occlusion(fraction),
-                    visible_fraction=fraction,
+                    occluded=occlusion(one.fraction),
+                    visible_fraction=one.fraction,
                 )
-                for piece, fraction in zip(layout.pieces, fractions, strict=True)
+                for piece, one in zip(layout.pieces, seen, strict=True)
             ],
             structure_labels=[
                 StructureLabel(members=list(members), stable=structure_stability(members, stable))
@@ -216,13 +248,21 @@ class SimulationEngine:
             arrangement=str(layout.arrangement),
             supports=layout.supports(),
             placed=[PlacedObject(body.piece, body.pose) for body in self._world.bodies],
+            relations=exact_relations(
+                [piece.name for piece in layout.pieces],
+                self._surveyor.solids(),
+                self._surveyor.contacts(),
+                naming_axes(shot.pose),
+            ),
+            hidden=[hiding for one in seen for hiding in one.hidden],
+            background=shot.appearance.background,
         )
 
     def _frame(self, shot: Shot) -> Frame:
         instances = np.zeros(shot.picture.bodies.shape, dtype=np.uint16)
         for number, body in enumerate(self._world.bodies, 1):
             instances[shot.picture.bodies == body.id] = number
-        return Frame(
+        frame = Frame(
             stamp_ns=0,
             frame_id=CAMERA_FRAME,
             color=shot.picture.color,
@@ -231,6 +271,8 @@ class SimulationEngine:
             instances=instances,
             camera_pose=shot.pose,
         )
+        poses = {body.piece.name: body.pose for body in self._world.bodies}
+        return dress(frame, poses, shot.appearance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,10 +285,11 @@ class Draft:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A picture, and how it was taken."""
+    """A picture, rendered plain, how it was taken, and how the scene is to look."""
 
     pose: Pose
     light: Light
+    appearance: Appearance
     picture: Picture
 
 
@@ -255,8 +298,6 @@ _LEAST_SHARE = 0.0005
 # Drawing costs little, building and physics much: a rare wish may take hundreds of attempts.
 _DRAWS = 20000
 _ATTEMPTS = 1000
-# The camera stands at most this many times as far as it must to see everything.
-_FARTHEST = 1.3
 
 
 def _rng(seed: int, index: int, purpose: str, attempt: int = 0) -> np.random.Generator:

@@ -17,11 +17,11 @@ import pybullet
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose, Quaternion
 from ros_scenesense.simulation.arrangements import Piece
+from ros_scenesense.simulation.backgrounds import TABLE_COLOR
 from ros_scenesense.simulation.catalogue import CatalogueItem, Color, Shape
 from ros_scenesense.simulation.shapes import collision_arguments, visual_arguments
 
 TABLE_EDGE_M = 2.0
-TABLE_COLOR = (0.45, 0.36, 0.31)
 COLORS = {
     Color.RED: (0.80, 0.12, 0.10),
     Color.GREEN: (0.10, 0.60, 0.16),
