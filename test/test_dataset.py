@@ -377,6 +377,7 @@ def test_the_commands(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None
     result = read_result(tmp_path / "stats.json")
     assert result.seed == 5
     assert result.figures["scenes"] == 3.0
+    assert 0.9 <= result.figures["label_agreement"] <= 1.0
     assert command("show", path, "--out", tmp_path / "sheet.png", "--scenes", 2) == 0
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     assert sheet.shape[1] == 2 * (64 + 6)
@@ -392,6 +393,7 @@ def test_the_commands(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None
         (["generate", "{path}", "--arrangement", "pile"], 2, "'arrangement' is 'pile'"),
         (["generate", "{path}", "--jobs", "0"], 2, "--jobs is 0"),
         (["verify", "{path}"], 1, "is not a dataset"),
+        (["stats", "{finished}", "--relabel", "-1"], 2, "--relabel is -1"),
         (["stats", "{path}"], 1, "is not a dataset"),
         (["show", "{finished}", "--out", "{path}/a.png", "--scenes", "0"], 2, "--scenes is 0"),
         (["show", "{finished}", "--out", "{path}/a.png", "--arrangement", "pile"], 2, "pile"),

@@ -59,6 +59,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--json", type=Path, metavar="FILE", help="write the figures as JSON, and beside it as .md"
     )
+    command.add_argument(
+        "--relabel",
+        type=int,
+        metavar="INT",
+        default=200,
+        help="label this many scenes once more, to see how many labels stay (default: %(default)s)",
+    )
     command = _action(actions, "show", "draw scenes with their labels on one sheet", _show)
     command.add_argument("path", type=Path, metavar="DIR", help="folder of the dataset")
     command.add_argument(
@@ -140,17 +147,31 @@ def _verify(arguments: argparse.Namespace) -> int:
 def _stats(arguments: argparse.Namespace) -> int:
     from ros_scenesense.provenance import machine, versions
     from ros_scenesense.results import Result, Table, text_of, write_result
+    from ros_scenesense.simulation.dataset.agreement import label_agreement
     from ros_scenesense.simulation.dataset.reader import DatasetReader
+    from ros_scenesense.simulation.dataset.sheet import choose
     from ros_scenesense.simulation.dataset.statistics import statistics
 
+    if arguments.relabel < 0:
+        raise ParameterError(f"--relabel is {arguments.relabel}, must be an integer of at least 0")
     reader = DatasetReader(arguments.path)
     found = statistics(reader.records())
+    figures = dict(found.figures)
+    chosen = choose(reader, arguments.relabel) if arguments.relabel else []
+    again = label_agreement((reader.record(index) for index in chosen), reader.metadata.seed)
+    if again.share is not None:
+        figures["label_agreement"] = round(again.share, 4)
     console = _console()
     for title, (columns, rows) in found.tables.items():
         table = RichTable(*columns, title=title, title_justify="left")
         for row in rows:
             table.add_row(*(text_of(cell) for cell in row))
         console.print(table)
+    if again.share is not None:
+        console.print(
+            f"Labelled once more: {again.share:.4f} of {again.kept} stability labels stay the same "
+            f"(ambiguous either time: {again.objects - again.kept})"
+        )
     if arguments.json is not None:
         result = Result(
             name="dataset",
@@ -158,7 +179,7 @@ def _stats(arguments: argparse.Namespace) -> int:
             seed=reader.metadata.seed,
             versions=versions() | reader.metadata.versions,
             machine=machine(),
-            figures=found.figures,
+            figures=figures,
             tables={
                 title: Table(columns=columns, rows=rows)
                 for title, (columns, rows) in found.tables.items()

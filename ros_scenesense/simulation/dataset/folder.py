@@ -252,7 +252,7 @@ class DatasetFolder:
     def _unwritable(self, path: Path, error: OSError) -> DatasetError:
         return DatasetError(
             f"'{path}' cannot be written: {os.strerror(error.errno or 0)}; the finished scenes are "
-            "kept: mend it and run the same command again"
+            "kept: see to it and run the same command again"
         )
 
 

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ros_scenesense.geometry import Float, rotation_matrix
+from ros_scenesense.geometry import Float
 from ros_scenesense.messages.scenes import ObjectLabel
 from ros_scenesense.scene import Position, Size, Surface
 from ros_scenesense.simulation.dataset.record import SceneRecord
+from ros_scenesense.simulation.relations import naming_axes
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def situations(record: SceneRecord) -> list[Situation]:
 def positions(record: SceneRecord) -> list[list[Position]]:
     """For every object its position relation to each of the others."""
     centres = np.array([placed.pose.position for placed in record.placed]).reshape(-1, 3)
-    local = centres @ _viewer_axes(record).T
+    local = centres @ naming_axes(record.camera_pose).T
     return [
         [_position(local[i] - local[j]) for j in range(len(local)) if i != j]
         for i in range(len(local))
@@ -85,13 +86,6 @@ _DIRECTIONS = (
 def _position(offset: Float) -> Position:
     axis = int(np.abs(offset).argmax())
     return _DIRECTIONS[axis][0 if offset[axis] > 0.0 else 1]
-
-
-def _viewer_axes(record: SceneRecord) -> Float:
-    """Right, away and up in the world, as rows (3, 3)."""
-    right = rotation_matrix(record.camera_pose.orientation)[:, 0]  # level, for images are upright
-    up = np.array([0.0, 0.0, 1.0])
-    return np.stack([right, np.cross(up, right), up])
 
 
 def _chain(name: str, below: dict[str, str]) -> list[str]:
