@@ -125,7 +125,7 @@ def test_who_hides_whom(world: World) -> None:
             piece(LARGE_CUBE, Color.RED, x=0.2),
             piece(MEDIUM_CUBE, Color.BLUE, y=0.04),
             piece(SMALL_CUBE, Color.GREEN, y=-0.04),
-            piece(SMALL_CUBE, Color.WHITE, y=0.3),
+            piece(SMALL_CUBE, Color.WHITE, x=-0.05, y=0.12),
         ],
         pitch_deg=5.0,
     )
