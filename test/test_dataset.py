@@ -1,5 +1,6 @@
 """Datasets on disk: same bytes whatever happened, and every damage named and mended."""
 
+import dataclasses
 import errno
 import hashlib
 import multiprocessing
@@ -14,10 +15,10 @@ import pytest
 
 from ros_scenesense.cli import main as cli
 from ros_scenesense.errors import DatasetError, ParameterError
-from ros_scenesense.geometry import Intrinsics, Pose, look_at
+from ros_scenesense.geometry import Intrinsics, look_at
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel
 from ros_scenesense.results import read_result
-from ros_scenesense.scene import Position, Size, Surface, Truth
+from ros_scenesense.scene import Distance, Position, Size, Surface, Truth
 from ros_scenesense.simulation.arrangements import Arrangement
 from ros_scenesense.simulation.dataset.folder import DatasetFolder
 from ros_scenesense.simulation.dataset.generation import generate
@@ -26,14 +27,11 @@ from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata,
 from ros_scenesense.simulation.dataset.plan import UNSTABLE_TENTHS, Draw, wish_for
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.dataset.record import SceneRecord
-from ros_scenesense.simulation.dataset.situations import positions, situations
+from ros_scenesense.simulation.dataset.situations import situations
 from ros_scenesense.simulation.dataset.statistics import statistics
 from ros_scenesense.simulation.dataset.verification import verify
-from ros_scenesense.simulation.engine import (
-    PlacedObject,
-    SimulationConfiguration,
-    SimulationEngine,
-)
+from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.relations import ExactRelation
 
 CONFIGURATION = SimulationConfiguration(width=64, height=64, shadows=False)
 COUNT = 6
@@ -254,8 +252,9 @@ def test_what_is_read_is_what_was_simulated(finished: Path) -> None:
         assert read.frame.camera_pose == made.frame.camera_pose
         assert read.frame.intrinsics == made.frame.intrinsics
         assert read.frame.frame_id == made.frame.frame_id
-        for name in ("objects", "object_labels", "structure_labels", "arrangement", "supports"):
-            assert getattr(read, name) == getattr(made, name)
+        for field in dataclasses.fields(made):
+            if field.name not in ("frame", "placed"):
+                assert getattr(read, field.name) == getattr(made, field.name)
         assert [(p.piece, p.pose) for p in read.placed] == [(p.piece, p.pose) for p in made.placed]
     engine.close()
 
@@ -302,10 +301,8 @@ def record_with(
     objects: list[KnownObject],
     labels: list[ObjectLabel],
     supports: list[tuple[str, str]],
-    centres: list[tuple[float, float, float]],
+    relations: list[tuple[str, str, str]],
 ) -> SceneRecord:
-    """Seen from a camera that looks along the world's x axis."""
-    upright = (0.0, 0.0, 0.0, 1.0)
     return SceneRecord(
         index=0,
         arrangement="towers",
@@ -313,7 +310,21 @@ def record_with(
         object_labels=labels,
         structure_labels=[],
         supports=supports,
-        placed=[PlacedObject(None, Pose(centre, upright)) for centre in centres],
+        placed=[],
+        relations=[
+            ExactRelation(
+                object=one,
+                reference=other,
+                position=Position(position),
+                position_ambiguous=False,
+                distance=Distance.NOT_TOUCHING,
+                distance_ambiguous=False,
+                distance_m=0.1,
+            )
+            for position, one, other in relations
+        ],
+        hidden=[],
+        background=0,
         frame_id="camera",
         camera_pose=look_at((-1.0, 0.0, 0.4), (0.0, 0.0, 0.0)),
         intrinsics=Intrinsics(64, 64, 50.0, 50.0, 32.0, 31.0),
@@ -329,7 +340,7 @@ def test_situations_are_those_of_the_axioms() -> None:
         [known("base", "small"), known("duck", surface="irregular"), known("top"), known("far")],
         [labelled(Truth.TRUE, name=name) for name in ("base", "duck", "top", "far")],
         [("duck", "base"), ("top", "duck")],
-        [(0.0, 0.0, 0.05), (0.0, 0.0, 0.15), (0.0, 0.0, 0.25), (0.5, 0.1, 0.05)],
+        [("below", "base", "duck"), ("above", "top", "duck"), ("front", "base", "far")],
     )
     base, duck, top, far = situations(record)
     assert [one.tower_height for one in (base, duck, top, far)] == [1, 2, 3, 1]
@@ -338,18 +349,15 @@ def test_situations_are_those_of_the_axioms() -> None:
     assert [one.small_base for one in (base, duck, top, far)] == [False, True, True, False]
     assert [one.irregular_below for one in (base, duck, top, far)] == [False, False, True, False]
     assert [one.large_on_small for one in (base, duck, top, far)] == [False, True, False, False]
-    assert positions(record)[3] == [Position.BEHIND] * 3
-    assert positions(record)[0] == [Position.BELOW, Position.BELOW, Position.FRONT]
 
 
 def test_truth_of_the_axioms_is_a_share_of_the_unambiguous() -> None:
-    two = [(0.0, 0.0, 0.05), (0.0, 0.0, 0.15)]
     records = [
         record_with(
             [known("base", "small"), known("top")],
             [labelled(Truth.TRUE, name="base"), labelled(truth, name="top")],
             [("top", "base")],
-            two,
+            [("above", "top", "base")],
         )
         for truth in (Truth.FALSE, Truth.FALSE, Truth.FALSE, Truth.TRUE, Truth.AMBIGUOUS)
     ]

@@ -9,6 +9,8 @@ from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLa
 from ros_scenesense.scene import Frame
 from ros_scenesense.simulation.dataset.images import Images
 from ros_scenesense.simulation.engine import PlacedObject, SimulatedScene
+from ros_scenesense.simulation.occlusion import Hiding
+from ros_scenesense.simulation.relations import ExactRelation
 
 
 class SceneRecord(
@@ -22,7 +24,7 @@ class SceneRecord(
     """A scene without its images; the fields are those of `SimulatedScene` and its frame.
 
     `objects`, `object_labels` and `placed` are in the same order, which is that of the instance
-    ids 1 to n. `supports` holds pairs (upper, lower).
+    ids 1 to n. `supports` holds pairs (upper, lower), `relations` are named by the viewer.
     """
 
     index: int
@@ -32,6 +34,9 @@ class SceneRecord(
     structure_labels: list[StructureLabel]
     supports: list[tuple[str, str]]
     placed: list[PlacedObject]
+    relations: list[ExactRelation]
+    hidden: list[Hiding]
+    background: int
     frame_id: str
     camera_pose: Pose
     intrinsics: Intrinsics
@@ -53,6 +58,9 @@ def record_of(index: int, scene: SimulatedScene) -> SceneRecord:
         structure_labels=scene.structure_labels,
         supports=scene.supports,
         placed=scene.placed,
+        relations=scene.relations,
+        hidden=scene.hidden,
+        background=scene.background,
         frame_id=scene.frame.frame_id,
         camera_pose=scene.frame.camera_pose,
         intrinsics=scene.frame.intrinsics,
@@ -81,4 +89,7 @@ def scene_of(record: SceneRecord, images: Images) -> SimulatedScene:
         arrangement=record.arrangement,
         supports=record.supports,
         placed=record.placed,
+        relations=record.relations,
+        hidden=record.hidden,
+        background=record.background,
     )

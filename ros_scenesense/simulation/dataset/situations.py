@@ -1,21 +1,12 @@
-"""What the bodies of the axioms say of every object of a scene, from where things truly are.
-
-Directions are those of the viewer, gravity-up, from centre of mass to centre of mass: an object
-stands to another in the relation of the axis along which it is farthest from it. *On* is what the
-scene was built as.
-"""
+"""What the bodies of the axioms say of every object of a scene, from where things truly are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from ros_scenesense.geometry import Float
 from ros_scenesense.messages.scenes import ObjectLabel
 from ros_scenesense.scene import Position, Size, Surface
 from ros_scenesense.simulation.dataset.record import SceneRecord
-from ros_scenesense.simulation.relations import naming_axes
 
 
 @dataclass(frozen=True)
@@ -45,16 +36,15 @@ def situations(record: SceneRecord) -> list[Situation]:
     """The situation of every object, in the order of the objects."""
     known = {one.name: one for one in record.objects}
     below = dict(record.supports)
-    relations = positions(record)
+    said = _positions(record)
     found = []
-    for number, label in enumerate(record.object_labels):
+    for label in record.object_labels:
         chain = _chain(label.name, below)
-        said = set(relations[number])
         found.append(
             Situation(
                 label=label,
-                above=Position.ABOVE in said,
-                behind=Position.BEHIND in said,
+                above=Position.ABOVE in said[label.name],
+                behind=Position.BEHIND in said[label.name],
                 tower_height=1 + len(chain),
                 irregular_below=any(known[name].surface is Surface.IRREGULAR for name in chain),
                 small_base=any(known[name].size is Size.SMALL for name in chain),
@@ -66,26 +56,15 @@ def situations(record: SceneRecord) -> list[Situation]:
     return found
 
 
-def positions(record: SceneRecord) -> list[list[Position]]:
-    """For every object its position relation to each of the others."""
-    centres = np.array([placed.pose.position for placed in record.placed]).reshape(-1, 3)
-    local = centres @ naming_axes(record.camera_pose).T
-    return [
-        [_position(local[i] - local[j]) for j in range(len(local)) if i != j]
-        for i in range(len(local))
-    ]
-
-
-_DIRECTIONS = (
-    (Position.RIGHT, Position.LEFT),
-    (Position.BEHIND, Position.FRONT),
-    (Position.ABOVE, Position.BELOW),
-)
-
-
-def _position(offset: Float) -> Position:
-    axis = int(np.abs(offset).argmax())
-    return _DIRECTIONS[axis][0 if offset[axis] > 0.0 else 1]
+def _positions(record: SceneRecord) -> dict[str, set[Position]]:
+    """By name, in which relations an object stands to the others."""
+    said: dict[str, set[Position]] = {known.name: set() for known in record.objects}
+    for relation in record.relations:
+        said[relation.object].add(relation.position)
+        converse = relation.position.converse
+        if converse is not None:
+            said[relation.reference].add(converse)
+    return said
 
 
 def _chain(name: str, below: dict[str, str]) -> list[str]:
