@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from ros_scenesense.messages.actions import PlannedAction
 from ros_scenesense.parameters import parameter
-from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.engine import SimulatedScene, SimulationConfiguration
 from ros_scenesense.simulation.episodes import EpisodeEngine, Story
 
@@ -101,6 +100,8 @@ class PlayingEngine:
     """
 
     def __init__(self, folder: Path) -> None:
+        from ros_scenesense.simulation.dataset.reader import DatasetReader
+
         self._scenes = DatasetReader(folder)
 
     def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:

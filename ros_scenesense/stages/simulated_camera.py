@@ -22,7 +22,6 @@ from ros_scenesense.messages.actions import Action
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
-from ros_scenesense.simulation.dataset.folder import DatasetFolder
 from ros_scenesense.simulation.engine import SimulatedScene
 from ros_scenesense.stages.camera_engine import (
     CameraEngine,
@@ -67,9 +66,7 @@ class SimulatedCameraStage:
             Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
         )
         self._dataset = Path(configuration.dataset).expanduser() if configuration.dataset else None
-        self._length = math.inf
-        if self._dataset is not None:
-            self._length = DatasetFolder(self._dataset).read_metadata().count
+        self._length = math.inf if self._dataset is None else _length_of(self._dataset)
         self._episodes = Episodes(
             self._ledger,
             configuration.seed,
@@ -314,3 +311,10 @@ class SimulatedCameraStage:
 def new_session() -> str:
     """A name for a session that no other one has."""
     return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
+
+
+def _length_of(dataset: Path) -> int:
+    # A camera that simulates needs nothing of this.
+    from ros_scenesense.simulation.dataset.folder import DatasetFolder
+
+    return DatasetFolder(dataset).read_metadata().count
