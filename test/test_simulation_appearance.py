@@ -148,7 +148,7 @@ def test_names_of_colours_stay_true_in_every_texture_and_light() -> None:
     palette = np.array(list(COLORS.values()))
     palette /= np.linalg.norm(palette, axis=1, keepdims=True)
     seen, lit = [], []
-    for scene in scenes_of(20, arrangement="spread"):
+    for scene in scenes_of(12, arrangement="spread"):
         for known in scene.objects:
             pixels = scene.frame.color[scene.frame.instances == known.instance].astype(float)
             mean = pixels.mean(axis=0)
