@@ -24,7 +24,7 @@ from ros_scenesense.simulation.dataset.folder import DatasetFolder
 from ros_scenesense.simulation.dataset.generation import generate
 from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
-from ros_scenesense.simulation.dataset.plan import UNSTABLE_TENTHS, Draw, wish_for
+from ros_scenesense.simulation.dataset.plan import UNSTABLE_OF_20, Draw, wish_for
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.dataset.record import SceneRecord
 from ros_scenesense.simulation.dataset.situations import situations
@@ -281,15 +281,15 @@ def test_stacks_are_as_planned(finished: Path) -> None:
 
 @pytest.mark.parametrize("seed", [0, 7])
 def test_the_plan_is_balanced(seed: int) -> None:
-    wishes = [wish_for(Draw.BALANCED, Arrangement.MIXED, seed, index) for index in range(360)]
+    wishes = [wish_for(Draw.BALANCED, Arrangement.MIXED, seed, index) for index in range(720)]
     for arrangement, stacks in ((Arrangement.TOWERS, 4), (Arrangement.INTERSECTION, 3)):
         mine = [wish for wish in wishes if wish.arrangement is arrangement]
-        assert len(mine) == 120
+        assert len(mine) == 240
         for stacked in range(2, 2 + stacks):
             stable = [wish.stable for wish in mine if wish.stacked == stacked]
-            assert len(stable) == 120 // stacks
-            assert stable.count(False) == len(stable) * UNSTABLE_TENTHS[stacked] // 10
-    alone = [wish_for(Draw.BALANCED, Arrangement.TOWERS, seed, index) for index in range(120)]
+            assert len(stable) == 240 // stacks
+            assert stable.count(False) == len(stable) * UNSTABLE_OF_20[stacked] // 20
+    alone = [wish_for(Draw.BALANCED, Arrangement.TOWERS, seed, index) for index in range(240)]
     assert alone == [wish for wish in wishes if wish.arrangement is Arrangement.TOWERS]
 
 

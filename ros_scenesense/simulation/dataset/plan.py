@@ -22,8 +22,8 @@ class Draw(StrEnum):
     NATURAL = "natural"
 
 
-UNSTABLE_TENTHS = {2: 5, 3: 5, 4: 5, 5: 8}
-"""Of ten stacks of so many objects, how many are unstable in a balanced dataset."""
+UNSTABLE_OF_20 = {2: 10, 3: 10, 4: 10, 5: 17}
+"""Of twenty stacks of so many objects, how many are unstable in a balanced dataset."""
 
 STACKED = {Arrangement.TOWERS: (2, 3, 4, 5), Arrangement.INTERSECTION: (2, 3, 4)}
 """How many objects a stack of the arrangement has; other arrangements have none."""
@@ -59,7 +59,7 @@ _IN_TURN = (Arrangement.TOWERS, Arrangement.SPREAD, Arrangement.INTERSECTION)
 
 def _block(arrangement: Arrangement) -> list[tuple[int, bool]]:
     return [
-        (stacked, tenth >= UNSTABLE_TENTHS[stacked])
+        (stacked, place >= UNSTABLE_OF_20[stacked])
         for stacked in STACKED[arrangement]
-        for tenth in range(10)
+        for place in range(20)
     ]
