@@ -402,6 +402,7 @@ def test_the_commands(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None
         (["generate", "{path}", "--jobs", "0"], 2, "--jobs is 0"),
         (["verify", "{path}"], 1, "is not a dataset"),
         (["stats", "{finished}", "--relabel", "-1"], 2, "--relabel is -1"),
+        (["stats", "{finished}", "--json", "{path}/a.txt"], 2, "must be a file that ends in .json"),
         (["stats", "{path}"], 1, "is not a dataset"),
         (["show", "{finished}", "--out", "{path}/a.png", "--scenes", "0"], 2, "--scenes is 0"),
         (["show", "{finished}", "--out", "{path}/a.png", "--arrangement", "pile"], 2, "pile"),

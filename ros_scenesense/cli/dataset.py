@@ -154,6 +154,8 @@ def _stats(arguments: argparse.Namespace) -> int:
 
     if arguments.relabel < 0:
         raise ParameterError(f"--relabel is {arguments.relabel}, must be an integer of at least 0")
+    if arguments.json is not None and arguments.json.suffix != ".json":
+        raise ParameterError(f"--json is '{arguments.json}', must be a file that ends in .json")
     reader = DatasetReader(arguments.path)
     found = statistics(reader.records())
     figures = dict(found.figures)

@@ -22,7 +22,7 @@ from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, d
 from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS, PLAIN
 from ros_scenesense.simulation.occlusion import Hiding, occlusion, visibilities
 from ros_scenesense.simulation.relations import ExactRelation, exact_relations, naming_axes
-from ros_scenesense.simulation.stability import stability, structure_stability
+from ros_scenesense.simulation.stability import judged, repetitions, structure_stability
 from ros_scenesense.simulation.view import Light, draw_light, frame_scene, renderer_intrinsics
 from ros_scenesense.simulation.wish import ANY, Wish, structures_of
 
@@ -168,8 +168,8 @@ class SimulationEngine:
             if not wish.fits(draft.layout):
                 continue
             self._world.build(draft.layout.pieces)
-            stable = self._label(draft, _rng(seed, index, "jitter", attempt))
-            if wish.comes_true(draft.layout, stable):
+            stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
+            if stable is not None:
                 appearance = draw_appearance(
                     [piece.name for piece in draft.layout.pieces],
                     self._configuration.textures,
@@ -198,11 +198,16 @@ class SimulationEngine:
         layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
         return Draft(layout, yaw)
 
-    def _label(self, draft: Draft, rng: np.random.Generator) -> dict[str, Truth]:
-        """Stability of the bodies as built, which stand there again afterwards."""
-        stable = stability(self._world, structures_of(draft.layout), rng)
+    def _label(self, draft: Draft, wish: Wish, rng: np.random.Generator) -> dict[str, Truth] | None:
+        """Stability of the bodies as built, which stand there again; None if not as wished."""
+        moved: list[dict[str, bool]] = []
+        for one in repetitions(self._world, structures_of(draft.layout), rng):
+            if not wish.may_come_true(draft.layout, one):
+                return None
+            moved.append(one)
         self._world.reset()
-        return stable
+        stable = judged(moved)
+        return stable if wish.comes_true(draft.layout, stable) else None
 
     def _shoot(self, draft: Draft, appearance: Appearance, rng: np.random.Generator) -> Shot:
         """Photographs the world as built."""

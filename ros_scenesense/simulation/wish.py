@@ -28,6 +28,16 @@ class Wish:
         """Whether a layout may be built: what is seen before physics has spoken."""
         return self.stacked is None or self.stacked == len(largest(structures_of(layout)))
 
+    def may_come_true(self, layout: Layout, moved: Mapping[str, bool]) -> bool:
+        """Whether the largest structure may yet be as asked, after a repetition of the test.
+
+        Args:
+            layout: What was built.
+            moved: By name, whether the object moved in the repetition.
+        """
+        fell = any(moved[name] for name in largest(structures_of(layout)))
+        return self.stable is None or self.stable is not fell
+
     def comes_true(self, layout: Layout, stable: Mapping[str, Truth]) -> bool:
         """Whether the largest structure is as asked.
 
