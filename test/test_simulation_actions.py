@@ -8,26 +8,28 @@ import pytest
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import look_at
 from ros_scenesense.messages.actions import PlannedAction
-from ros_scenesense.scene import Size, Truth
+from ros_scenesense.scene import Truth
 from ros_scenesense.simulation.actions import TABLE, ActionOutcome, Manipulation, View
 from ros_scenesense.simulation.arrangements import Piece
-from ros_scenesense.simulation.catalogue import CatalogueItem, Color, Shape
+from ros_scenesense.simulation.catalogue import load_catalogue
 from ros_scenesense.simulation.contacts import bottom_up, supports, touching
 from ros_scenesense.simulation.engine import SimulationConfiguration
 from ros_scenesense.simulation.episodes import EpisodeEngine, Story
+from ros_scenesense.simulation.object_files import Color
 from ros_scenesense.simulation.view import renderer_intrinsics
 from ros_scenesense.simulation.world import World
 
-SMALL_CUBE = CatalogueItem(Shape.CUBE, Size.SMALL)
-LARGE_CUBE = CatalogueItem(Shape.CUBE, Size.LARGE)
-LARGE_DUCK = CatalogueItem(Shape.DUCK, Size.LARGE)
+CATALOGUE = load_catalogue()
+SMALL_CUBE = CATALOGUE["small_cube"]
+LARGE_CUBE = CATALOGUE["large_cube"]
+LARGE_DUCK = CATALOGUE["large_duck"]
 VIEW = View(look_at((-1.2, 0.0, 0.6), (0.0, 0.0, 0.05)), renderer_intrinsics(320, 240, 40.0))
 NARROW = View(look_at((-0.15, 0.0, 0.15), (0.0, 0.0, 0.05)), renderer_intrinsics(320, 240, 40.0))
 
 
 @pytest.fixture(scope="module")
 def world() -> Iterator[World]:
-    world = World()
+    world = World(CATALOGUE)
     yield world
     world.close()
 

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ros_scenesense.geometry import look_at
-from ros_scenesense.scene import Distance, Position, Size
+from ros_scenesense.scene import Distance, Position
 from ros_scenesense.simulation.arrangements import Arrangement, Piece, draw_layout
-from ros_scenesense.simulation.catalogue import CATALOGUE, Color
+from ros_scenesense.simulation.catalogue import load_catalogue
+from ros_scenesense.simulation.object_files import Color
 from ros_scenesense.simulation.relations import (
     Contact,
     ExactRelation,
@@ -22,6 +23,7 @@ from ros_scenesense.simulation.solids import Solid, convex_solid
 from ros_scenesense.simulation.survey import Surveyor
 from ros_scenesense.simulation.world import World
 
+CATALOGUE = load_catalogue()
 ROBOT = naming_axes(None)
 APART = Contact(0.05, 0.0)
 SIGNS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
@@ -174,7 +176,7 @@ def test_straight_above_something_counts_only_over_it() -> None:
 
 @pytest.fixture(scope="module")
 def world() -> Iterator[World]:
-    world = World()
+    world = World(CATALOGUE)
     yield world
     world.close()
 
@@ -191,7 +193,7 @@ def survey(world: World, surveyor: Surveyor, axes: np.ndarray) -> list[ExactRela
 
 def test_what_a_layout_stacks_is_above_and_touches(world: World, surveyor: Surveyor) -> None:
     for seed in range(12):
-        layout = draw_layout(Arrangement.MIXED, seed, 0.0, np.random.default_rng(seed))
+        layout = draw_layout(CATALOGUE, Arrangement.MIXED, seed, 0.0, np.random.default_rng(seed))
         world.build(layout.pieces)
         supports = set(layout.supports())
         for relation in survey(world, surveyor, ROBOT):
@@ -205,7 +207,7 @@ def test_what_a_layout_stacks_is_above_and_touches(world: World, surveyor: Surve
 
 
 def test_what_touches_sideways_is_beside(world: World, surveyor: Surveyor) -> None:
-    item = next(item for item in CATALOGUE if item.size is Size.LARGE)
+    item = CATALOGUE["large_cube"]
     pieces = [
         Piece(item, Color.RED, 0.0, 0.0, 0.0),
         Piece(item, Color.BLUE, 0.0, item.width_m + 0.0005, 0.0),
@@ -290,7 +292,7 @@ def test_a_quarter_turn_of_the_scene_shifts_the_words(seed: int) -> None:
 
 
 def test_a_catalogue_item_is_as_large_as_its_solid(world: World, surveyor: Surveyor) -> None:
-    for item in CATALOGUE:
+    for item in CATALOGUE.values():
         world.build([Piece(item, Color.RED, 0.0, 0.0, 0.3)])
         (solid,) = surveyor.solids()
         height = np.ptp(solid.vertices[:, 2])

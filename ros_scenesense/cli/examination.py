@@ -61,6 +61,7 @@ SHIPPED = (
     ("asp", "classification.lp"),
     ("config", "scenesense.yaml"),
     ("config", "fastdds_profile.xml"),
+    ("config", "objects/cube.yaml"),
     ("msg_defs", "scene.schema.json"),
 )
 DISK_MB = 500  # a long run with its report

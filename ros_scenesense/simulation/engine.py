@@ -75,6 +75,12 @@ class SimulationConfiguration:
     backgrounds: int = parameter(
         8, "number of different tables and walls; 0 = plain", minimum=0, maximum=MOST_BACKGROUNDS
     )
+    objects_dir: str = parameter(
+        "", "folder of *.yaml files with objects that are added or replace shipped ones"
+    )
+    ycb_dir: str = parameter(
+        "", "folder of the YCB models that replace their stand-ins; empty = stand-ins"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,11 +133,13 @@ class SimulationEngine:
 
     Raises:
         ParameterError: If a parameter is out of its range.
-        SimulationError: If parameters contradict each other, or Bullet cannot be started.
+        SimulationError: If parameters contradict each other, a data file or mesh is missing or
+            wrong, or Bullet cannot be started.
     """
 
     def __init__(self, configuration: SimulationConfiguration) -> None:
         from ros_scenesense.simulation.camera import Camera
+        from ros_scenesense.simulation.catalogue import load_catalogue
         from ros_scenesense.simulation.survey import Surveyor
         from ros_scenesense.simulation.world import World
 
@@ -140,7 +148,8 @@ class SimulationEngine:
         self._intrinsics = renderer_intrinsics(
             configuration.width, configuration.height, configuration.field_of_view_deg
         )
-        self._world = World()
+        self._catalogue = load_catalogue(configuration.objects_dir, configuration.ycb_dir)
+        self._world = World(self._catalogue)
         self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
         self._surveyor = Surveyor(self._world)
 
@@ -195,7 +204,8 @@ class SimulationEngine:
         side = _rng(seed, index, "side", attempt).uniform(-1.0, 1.0)
         yaw = math.radians(self._configuration.yaw_deg) * side
         arrangement = wish.arrangement or Arrangement(self._configuration.arrangement)
-        layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
+        rng = _rng(seed, index, "layout", attempt)
+        layout = draw_layout(self._catalogue, arrangement, index, yaw, rng)
         return Draft(layout, yaw)
 
     def _label(self, draft: Draft, wish: Wish, rng: np.random.Generator) -> dict[str, Truth] | None:
@@ -332,6 +342,6 @@ def _known(number: int, piece: Piece) -> KnownObject:
         name=piece.name,
         size=piece.item.size,
         surface=piece.item.surface,
-        shape=str(piece.item.shape),
+        shape=piece.item.shape,
         color=str(piece.color),
     )

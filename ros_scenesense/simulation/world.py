@@ -18,8 +18,14 @@ from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose, Quaternion
 from ros_scenesense.simulation.arrangements import Piece
 from ros_scenesense.simulation.backgrounds import TABLE_COLOR
-from ros_scenesense.simulation.catalogue import CatalogueItem, Color, Shape
-from ros_scenesense.simulation.shapes import collision_arguments, visual_arguments
+from ros_scenesense.simulation.catalogue import Catalogue, CatalogueItem, load_catalogue
+from ros_scenesense.simulation.object_files import Color, SphereSpec
+from ros_scenesense.simulation.painting import paint, read_texture
+from ros_scenesense.simulation.shapes import (
+    create_collision_shape,
+    create_visual_shape,
+    load_texture,
+)
 
 TABLE_EDGE_M = 2.0
 COLORS = {
@@ -49,17 +55,22 @@ class Body:
 class World:
     """A table whose top is the plane z = 0 of the world frame, and the bodies on it.
 
+    Args:
+        catalogue: Where the forms of its bodies are; None = the shipped one.
+
     Raises:
         SimulationError: If Bullet cannot be started.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, catalogue: Catalogue | None = None) -> None:
+        self.catalogue = catalogue or load_catalogue()
         self.client = pybullet.connect(pybullet.DIRECT)
         if self.client < 0:
             raise SimulationError("no physics client is left: close engines that are not used")
         self.bodies: list[Body] = []
         self._collisions: dict[CatalogueItem, int] = {}
-        self._visuals: dict[tuple[CatalogueItem, Color], int] = {}
+        # Visual shape, and texture or -1.
+        self._visuals: dict[tuple[CatalogueItem, Color], tuple[int, int]] = {}
         # Bullet orders contacts by the history of the world unless it is told to sort them.
         pybullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, physicsClientId=self.client
@@ -194,22 +205,29 @@ class World:
 
     def _make(self, piece: Piece, pose: Pose) -> int:
         """Bullet's id of a new body."""
-        collision, visual = self._shape(piece.item, piece.color)
+        form = self.catalogue.form(piece.item)
+        visual, texture = self._visual(piece.item, piece.color)
         body_id = int(
             pybullet.createMultiBody(
                 piece.item.mass_kg,
-                collision,
+                self._collision(piece.item),
                 visual,
                 pose.position,
                 pose.orientation,
                 physicsClientId=self.client,
             )
         )
-        friction = {"lateralFriction": 0.8}
-        if piece.item.shape is Shape.SPHERE:
+        if texture >= 0:
+            pybullet.changeVisualShape(
+                body_id, -1, textureUniqueId=texture, physicsClientId=self.client
+            )
+        dynamics: dict[str, object] = {"lateralFriction": 0.8}
+        if isinstance(form.primitive, SphereSpec):
             # Enough to keep a sphere where it was put, too little to hold up what is put on it.
-            friction |= {"rollingFriction": 0.0003}
-        pybullet.changeDynamics(body_id, -1, **friction, physicsClientId=self.client)
+            dynamics["rollingFriction"] = 0.0003
+        if form.inertia is not None:
+            dynamics["localInertiaDiagonal"] = (piece.item.mass_kg * form.inertia).tolist()
+        pybullet.changeDynamics(body_id, -1, **dynamics, physicsClientId=self.client)
         return body_id
 
     def _lower(self, body: int, piece: Piece, z: float, orientation: Quaternion) -> float:
@@ -232,25 +250,29 @@ class World:
         points = pybullet.getClosestPoints(body, other, 10.0, physicsClientId=self.client)
         return min((float(point[8]) for point in points), default=math.inf)
 
-    def _shape(self, item: CatalogueItem, color: Color) -> tuple[int, int]:
-        """Ids of the collision and of the visual shape, each made once."""
+    def _collision(self, item: CatalogueItem) -> int:
+        """Id of the collision shape, made once."""
         if item not in self._collisions:
-            arguments = collision_arguments(item)
-            self._collisions[item] = int(
-                pybullet.createCollisionShape(**arguments, physicsClientId=self.client)
-            )
+            form = self.catalogue.form(item)
+            self._collisions[item] = create_collision_shape(form, self.client)
+        return self._collisions[item]
+
+    def _visual(self, item: CatalogueItem, color: Color) -> tuple[int, int]:
+        """Ids of the visual shape and of its texture (-1 = none), each made once."""
         if (item, color) not in self._visuals:
-            self._visuals[item, color] = int(
-                pybullet.createVisualShape(
-                    **visual_arguments(item),
-                    rgbaColor=[*COLORS[color], 1.0],
-                    specularColor=[0.1, 0.1, 0.1],
-                    physicsClientId=self.client,
-                )
-            )
-        return self._collisions[item], self._visuals[item, color]
+            looks = self.catalogue.looks(item)
+            texture, rgb = -1, COLORS[color]
+            if looks.texture is not None:
+                texture, rgb = load_texture(read_texture(looks.texture), self.client), _UNTINTED
+            elif looks.marks or any(looks.plain):
+                image = paint(rgb, looks.marks, looks.plain)
+                texture, rgb = load_texture(image, self.client), _UNTINTED
+            shape = create_visual_shape(self.catalogue.form(item), [*rgb, 1.0], self.client)
+            self._visuals[item, color] = (shape, texture)
+        return self._visuals[item, color]
 
 
+_UNTINTED = (1.0, 1.0, 1.0)
 _TABLE_THICKNESS_M = 0.1
 _OUT_OF_SIGHT = np.array([0.0, 0.0, -50.0])
 _CONTACT_GAP_M = 0.0002
