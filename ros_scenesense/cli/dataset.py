@@ -25,6 +25,7 @@ from rich.text import Text
 
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
+from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
 from ros_scenesense.simulation.engine import SimulationConfiguration
 
@@ -49,8 +50,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             metavar=declared.type.__name__.upper(),
             help=f"{declared.description} ({declared.allowed}; default {declared.default})",
         )
-    command.add_argument(
+    workers = command.add_mutually_exclusive_group()
+    workers.add_argument(
         "--jobs", type=int, metavar="INT", help="worker processes (default: one per core)"
+    )
+    workers.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="use the workers of a Dask cluster; of its scheduler, e.g. tcp://host:8786",
+    )
+    command = _action(
+        actions,
+        "rebackground",
+        "show the scenes of a dataset before other backgrounds",
+        _rebackground,
+    )
+    command.add_argument("source", type=Path, metavar="SOURCE", help="folder of the dataset")
+    command.add_argument("path", type=Path, metavar="OUT", help="folder of the new dataset")
+    command.add_argument(
+        "--backgrounds",
+        type=int,
+        metavar="INT",
+        required=True,
+        help=f"how many there are, each scene draws one (0 to {MOST_BACKGROUNDS}; 0 = plain)",
     )
     command = _action(actions, "verify", "compare all files with their checksums", _verify)
     command.add_argument("path", type=Path, metavar="DIR", help="folder of the dataset")
@@ -117,12 +139,21 @@ def _generate(arguments: argparse.Namespace) -> int:
         raise ParameterError(f"--jobs is {jobs}, must be an integer from 1 to {_MOST_JOBS}")
     metadata = describe(configuration, options)
     with _progress("scenes") as report:
-        made = generate(arguments.path, metadata, jobs, report)
+        made = generate(arguments.path, metadata, jobs, report, arguments.cluster)
     print(f"{arguments.path}: {metadata.count} scenes, {made} of them made now")
     return 0
 
 
 _MOST_JOBS = 256
+
+
+def _rebackground(arguments: argparse.Namespace) -> int:
+    from ros_scenesense.simulation.dataset.rebackground import rebackground
+
+    with _progress("scenes") as report:
+        made = rebackground(arguments.source, arguments.path, arguments.backgrounds, report)
+    print(f"{arguments.path}: the scenes of {arguments.source}, {made} of them made now")
+    return 0
 
 
 def _verify(arguments: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -47,6 +47,29 @@ def generate(
         DatasetError: If the folder holds something else, is in use, or cannot be written.
         SimulationError: If a scene cannot be made.
     """
+    return write_missing(path, metadata, lambda indices: _made(metadata, indices, jobs), report)
+
+
+def write_missing(
+    path: Path,
+    metadata: Metadata,
+    make: Callable[[Sequence[int]], Iterable[MadeScene]],
+    report: Report = lambda _done, _count: None,
+) -> int:
+    """Writes the scenes of a dataset that are missing or broken, however they are made.
+
+    Args:
+        path: Folder of the dataset: new, empty, or one of the same metadata. The count may grow.
+        metadata: What the dataset is.
+        make: Makes the scenes of these numbers, in this order.
+        report: Told of the progress.
+
+    Returns:
+        Number of scenes that were written.
+
+    Raises:
+        DatasetError: If the folder holds something else, is in use, or cannot be written.
+    """
     folder = DatasetFolder(path)
     with _held(path):
         whole = _prepare(folder, metadata)
@@ -54,7 +77,7 @@ def generate(
         in_order = not missing or max(whole, default=-1) < missing[0]
         fingerprint = metadata.fingerprint()
         report(len(whole), metadata.count)
-        for made in _made(metadata, missing, jobs):
+        for made in make(missing):
             whole[made.index] = folder.append(made, fingerprint)
             report(len(whole), metadata.count)
         if not in_order:

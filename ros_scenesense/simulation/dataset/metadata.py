@@ -44,8 +44,9 @@ class Metadata(
 ):
     """Describes a dataset; all but `count` decides what each of its scenes is.
 
-    `versions` are those of the programs that decide about bytes. A dataset may grow: scenes do
-    not depend on `count`.
+    `versions` are those of the programs that decide about bytes. `source` is the fingerprint of
+    the dataset whose scenes these are before other backgrounds; it is left out where there is
+    none. A dataset may grow: scenes do not depend on `count`.
     """
 
     seed: int
@@ -56,6 +57,7 @@ class Metadata(
     depth_unit_m: float = DEPTH_UNIT_M
     versions: dict[str, str]
     definitions: dict[str, str]
+    source: str | msgspec.UnsetType = msgspec.UNSET
 
     def fingerprint(self) -> str:
         """Text that is equal if and only if the scenes of the same numbers are."""
