@@ -43,13 +43,15 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", glob("config/*")),
+        (f"share/{NAME}/config", glob("config/*.*")),
+        (f"share/{NAME}/config/objects", glob("config/objects/*")),
         (f"share/{NAME}/launch", glob("launch/*.launch.py")),
     ],
     zip_safe=False,
     install_requires=[
         "clingo",
         "Jinja2",
+        "joblib",
         "msgspec",
         "numpy",
         "open3d",

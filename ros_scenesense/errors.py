@@ -24,6 +24,10 @@ class SimulationError(SceneSenseError):
     """A simulated scene cannot be built or rendered."""
 
 
+class DatasetError(SceneSenseError):
+    """A dataset on disk is damaged, incomplete or of another kind; the text names the file."""
+
+
 class ReasoningError(SceneSenseError):
     """The logic program is missing or broken, or the solver failed on it."""
 

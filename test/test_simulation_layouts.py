@@ -11,14 +11,16 @@ from ros_scenesense.errors import SimulationError
 from ros_scenesense.scene import Surface, find_structures
 from ros_scenesense.simulation import meshes
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, draw_layout
-from ros_scenesense.simulation.catalogue import CATALOGUE, Shape
+from ros_scenesense.simulation.catalogue import load_catalogue
+from ros_scenesense.simulation.mesh_files import read_mesh
 
+CATALOGUE = load_catalogue()
 SINGLE = [Arrangement.TOWERS, Arrangement.SPREAD, Arrangement.INTERSECTION]
 
 
 def draw(arrangement: Arrangement, seed: int, index: int = 0) -> Layout:
     yaw = (seed % 7 - 3) / 3
-    return draw_layout(arrangement, index, yaw, np.random.default_rng(seed))
+    return draw_layout(CATALOGUE, arrangement, index, yaw, np.random.default_rng(seed))
 
 
 def stacks(layout: Layout) -> list[tuple[str, ...]]:
@@ -71,7 +73,7 @@ def test_mixed_takes_the_arrangements_in_turn() -> None:
 
 def test_every_shape_size_and_height_is_drawn() -> None:
     layouts = [draw(arrangement, seed) for arrangement in SINGLE for seed in range(60)]
-    assert {piece.item for layout in layouts for piece in layout.pieces} == set(CATALOGUE)
+    assert {piece.item for layout in layouts for piece in layout.pieces} == set(CATALOGUE.values())
     assert {len(members) for layout in layouts for members in stacks(layout)} == {1, 2, 3, 4, 5}
     carried = {
         layout.pieces[piece.support].item.surface
@@ -104,24 +106,14 @@ def test_a_broken_mesh_file_is_named(tmp_path, text: str) -> None:
     path = tmp_path / "broken.obj"
     path.write_text(text)
     with pytest.raises(SimulationError, match=r"broken\.obj cannot be read"):
-        meshes.read_obj(path)
+        read_mesh(path)
     with pytest.raises(SimulationError, match="missing"):
-        meshes.read_obj(tmp_path / "missing.obj")
+        read_mesh(tmp_path / "missing.obj")
 
 
 def test_a_square_mesh_is_read_with_its_normals(tmp_path) -> None:
     path = tmp_path / "square.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1\n")
-    square = meshes.read_obj(path)
+    square = read_mesh(path)
     assert square.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert np.allclose(square.normals, [0.0, 0.0, 1.0])
-
-
-def test_items_have_sensible_sizes_and_masses() -> None:
-    for item in CATALOGUE:
-        assert 0.04 < item.width_m < 0.12
-        assert 0.01 < item.mass_kg < 1.0
-        assert item.radius_m >= item.width_m / 2.0
-        assert item.surface is (
-            Surface.FLAT if item.shape in (Shape.CUBE, Shape.CYLINDER) else Surface.IRREGULAR
-        )

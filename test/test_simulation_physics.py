@@ -6,23 +6,25 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from ros_scenesense.scene import Size, Surface, Truth
+from ros_scenesense.scene import Surface, Truth
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece
 from ros_scenesense.simulation.camera import Camera
-from ros_scenesense.simulation.catalogue import CATALOGUE, CatalogueItem, Color, Shape
-from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
+from ros_scenesense.simulation.catalogue import CatalogueItem, load_catalogue
+from ros_scenesense.simulation.object_files import Color
+from ros_scenesense.simulation.occlusion import Visibility, occlusion, visibilities
 from ros_scenesense.simulation.stability import stability, structure_stability
 from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
 from ros_scenesense.simulation.world import World
 
-SMALL_CUBE = CatalogueItem(Shape.CUBE, Size.SMALL)
-MEDIUM_CUBE = CatalogueItem(Shape.CUBE, Size.MEDIUM)
-LARGE_CUBE = CatalogueItem(Shape.CUBE, Size.LARGE)
+CATALOGUE = load_catalogue()
+SMALL_CUBE = CATALOGUE["small_cube"]
+MEDIUM_CUBE = CATALOGUE["medium_cube"]
+LARGE_CUBE = CATALOGUE["large_cube"]
 
 
 @pytest.fixture(scope="module")
 def world() -> Iterator[World]:
-    world = World()
+    world = World(CATALOGUE)
     yield world
     world.close()
 
@@ -39,14 +41,21 @@ def labels(world: World, *structures: list[Piece], seed: int = 0) -> dict[str, T
     return stability(world, names, np.random.default_rng(seed))
 
 
-@pytest.mark.parametrize("item", CATALOGUE, ids=lambda item: f"{item.size}_{item.shape}")
+@pytest.mark.parametrize("item", CATALOGUE.values(), ids=lambda item: item.name)
 def test_surface_is_flat_iff_a_centred_cube_stays(world: World, item: CatalogueItem) -> None:
-    stack = [piece(item, Color.RED), piece(SMALL_CUBE, Color.BLUE, support=0)]
-    stays = labels(world, stack)["blue_cube"] is Truth.TRUE
-    assert stays == (item.surface is Surface.FLAT)
+    stays = []
+    for cube in (SMALL_CUBE, MEDIUM_CUBE, LARGE_CUBE):
+        stack = [piece(item, Color.RED), piece(cube, Color.BLUE, support=0)]
+        stable = labels(world, stack)["blue_cube"] is Truth.TRUE
+        # What fell into a container stays there, but not on it.
+        lower, upper = world.build(stack)
+        on_top = upper.pose.position[2] > lower.pose.position[2] + item.height_m / 2.0
+        stays.append(stable and on_top)
+    assert all(stays) == (item.surface is Surface.FLAT)
+    assert item.is_open or len(set(stays)) == 1
 
 
-@pytest.mark.parametrize("item", CATALOGUE, ids=lambda item: f"{item.size}_{item.shape}")
+@pytest.mark.parametrize("item", CATALOGUE.values(), ids=lambda item: item.name)
 def test_what_stands_alone_stays(world: World, item: CatalogueItem) -> None:
     assert labels(world, [piece(item, Color.RED)]) == {f"red_{item.shape}": Truth.TRUE}
 
@@ -72,10 +81,10 @@ def test_a_load_at_the_edge_is_ambiguous(world: World) -> None:
 
 def test_a_bystander_that_would_be_hit_keeps_its_own_label(world: World) -> None:
     stack = [
-        piece(CatalogueItem(Shape.CYLINDER, Size.LARGE), Color.RED),
+        piece(CATALOGUE["large_cylinder"], Color.RED),
         piece(LARGE_CUBE, Color.BLUE, y=0.07, support=0),
     ]
-    bystander = piece(CatalogueItem(Shape.SPHERE, Size.SMALL), Color.WHITE, y=0.16)
+    bystander = piece(CATALOGUE["small_sphere"], Color.WHITE, y=0.16)
     assert labels(world, stack, [bystander])["white_sphere"] is Truth.TRUE
     # Judged as one structure it is hit: so standing apart is what protects it.
     assert labels(world, [*stack, bystander])["white_sphere"] is Truth.FALSE
@@ -96,7 +105,7 @@ def test_structures_follow_their_members(members: list[Truth], expected: Truth) 
 
 
 def test_bodies_touch_what_carries_them(world: World) -> None:
-    duck = CatalogueItem(Shape.DUCK, Size.LARGE)
+    duck = CATALOGUE["large_duck"]
     world.build([piece(duck, Color.RED), piece(MEDIUM_CUBE, Color.BLUE, support=0)])
     corners = world.corners().reshape(2, 8, 3)
     assert corners[0, :, 2].min() == pytest.approx(0.0, abs=0.0015)
@@ -104,14 +113,49 @@ def test_bodies_touch_what_carries_them(world: World) -> None:
     assert corners[1, :, 2].min() == pytest.approx(duck.height_m, abs=0.004)
 
 
-def fractions(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[float]:
+def seen(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[Visibility]:
     intrinsics = renderer_intrinsics(320, 240, 40.0)
     camera = Camera(world, intrinsics, shadows=False)
     world.build(pieces)
     pose = frame_scene(world.corners(), intrinsics, math.radians(pitch_deg), 0.0, 1.1)
     picture = camera.picture(pose, draw_light(np.random.default_rng(0)))
     layout = Layout(Arrangement.SPREAD, tuple(pieces))
-    return visible_fractions(world, camera, pose, layout, picture.bodies)
+    return visibilities(world, camera, pose, layout, picture.bodies)
+
+
+def fractions(world: World, pieces: list[Piece], pitch_deg: float = 20.0) -> list[float | None]:
+    return [one.fraction for one in seen(world, pieces, pitch_deg)]
+
+
+def test_who_hides_whom(world: World) -> None:
+    rear, *others = seen(
+        world,
+        [
+            piece(LARGE_CUBE, Color.RED, x=0.2),
+            piece(MEDIUM_CUBE, Color.BLUE, y=0.04),
+            piece(SMALL_CUBE, Color.GREEN, y=-0.04),
+            piece(SMALL_CUBE, Color.WHITE, x=-0.05, y=0.12),
+        ],
+        pitch_deg=5.0,
+    )
+    assert [(one.object, one.by) for one in rear.hidden] == [
+        ("red_cube", "blue_cube"),
+        ("red_cube", "green_cube"),
+    ]
+    assert rear.hidden[0].share > rear.hidden[1].share > 0.05
+    assert sum(one.share for one in rear.hidden) == pytest.approx(1.0 - rear.fraction)
+    assert all(not other.hidden for other in others)
+
+
+def test_a_load_does_not_hide_but_what_stands_before_both_does(world: World) -> None:
+    pieces = [
+        piece(MEDIUM_CUBE, Color.RED, x=0.2),
+        piece(MEDIUM_CUBE, Color.BLUE, x=0.2, support=0),
+        piece(LARGE_CUBE, Color.WHITE),
+    ]
+    below, above, _ = seen(world, pieces, pitch_deg=10.0)
+    assert {one.by for one in below.hidden} == {"white_cube"}
+    assert {one.by for one in above.hidden} <= {"white_cube"}
 
 
 def test_what_stands_in_front_hides(world: World) -> None:

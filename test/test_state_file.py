@@ -61,3 +61,38 @@ def test_ledger_never_reuses_a_number():
     assert ledger.open_scenes("a") == [1]
     assert ledger.next_number("a") == 2
     assert ledger.next_number("b") == 0
+
+
+def test_an_older_file_is_lifted_and_keeps_what_it_has(tmp_path):
+    path = tmp_path / "thing.db"
+    connection = open_state_file(path, SCHEMA, 1, Health())
+    with connection:
+        connection.execute("INSERT INTO thing VALUES ('kept')")
+    connection.close()
+    steps = ["ALTER TABLE thing ADD COLUMN size INTEGER;", "CREATE TABLE more (x);"]
+    lifted = open_state_file(path, "", 3, Health(), migrations=steps)
+    assert lifted.execute("SELECT name, size FROM thing").fetchall() == [("kept", None)]
+    assert lifted.execute("SELECT * FROM more").fetchall() == []
+    assert lifted.execute("PRAGMA user_version").fetchone() == (3,)
+
+
+def test_a_file_older_than_all_migrations_is_refused(tmp_path):
+    path = tmp_path / "thing.db"
+    open_state_file(path, SCHEMA, 1, Health()).close()
+    with pytest.raises(StateError, match="version 1"):
+        open_state_file(path, SCHEMA, 3, Health(), migrations=["CREATE TABLE more (x);"])
+
+
+def test_ledger_reads_the_file_of_the_first_release(tmp_path):
+    path = tmp_path / "camera.db"
+    first_release = (
+        "CREATE TABLE scene (session TEXT NOT NULL, number INTEGER NOT NULL, state TEXT NOT NULL, "
+        "PRIMARY KEY (session, number)) WITHOUT ROWID; INSERT INTO scene VALUES ('a', 0, 'open');"
+    )
+    open_state_file(path, first_release, 1, Health()).close()
+    health = Health()
+    ledger = SceneLedger(path, health)
+    assert ledger.open_scenes("a") == [0]
+    assert ledger.step("a", 0) is None
+    assert ledger.answer("a-0000", "x") is None
+    assert not health.counters

@@ -26,6 +26,7 @@ from ros_scenesense.resources import resource
 DEPENDENCIES = {
     "clingo": "clingo",
     "Jinja2": "jinja2",
+    "joblib": "joblib",
     "msgspec": "msgspec",
     "numpy": "numpy",
     "open3d": "open3d",
@@ -60,6 +61,7 @@ SHIPPED = (
     ("asp", "classification.lp"),
     ("config", "scenesense.yaml"),
     ("config", "fastdds_profile.xml"),
+    ("config", "objects/cube.yaml"),
     ("msg_defs", "scene.schema.json"),
 )
 DISK_MB = 500  # a long run with its report

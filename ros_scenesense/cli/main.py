@@ -15,6 +15,8 @@ COMMANDS = {
     "demo": "run the whole graph on simulated scenes and write a report",
     "launch": "start the nodes and keep them running",
     "params": "list the parameters of all nodes, or make a params file",
+    "dataset": "make, verify, count and show datasets of simulated scenes",
+    "scene": "draw one scene and list what is known of it",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

@@ -1,4 +1,4 @@
-"""The node `simulated_camera`: publishes frames, scenes and labels; paced by `estimates`."""
+"""The node `simulated_camera`: shows scenes, paced by `estimates`; executes `action` in them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
+from ros_scenesense.messages.actions import Action, ActionResult
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.nodes.base import StageNode
@@ -40,8 +41,8 @@ class SimulatedCameraNode(StageNode):
             "simulated_camera",
             SimulatedCameraConfiguration,
             SimulatedCameraStage,
-            subscribes=(Estimates,),
-            publishes=(Scene, Labels, SceneLost),
+            subscribes=(Estimates, Action),
+            publishes=(Scene, Labels, SceneLost, ActionResult),
             **node_options,
         )
 

@@ -7,6 +7,7 @@ pure geometry on the table; the physics world finds the heights.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -14,7 +15,8 @@ from enum import StrEnum
 import numpy as np
 
 from ros_scenesense.scene import Size, Surface
-from ros_scenesense.simulation.catalogue import CATALOGUE, CatalogueItem, Color, Shape
+from ros_scenesense.simulation.catalogue import Catalogue, CatalogueItem
+from ros_scenesense.simulation.object_files import Color
 
 
 class Arrangement(StrEnum):
@@ -69,11 +71,16 @@ class Layout:
 
 
 def draw_layout(
-    arrangement: Arrangement, index: int, view_yaw_rad: float, rng: np.random.Generator
+    catalogue: Catalogue,
+    arrangement: Arrangement,
+    index: int,
+    view_yaw_rad: float,
+    rng: np.random.Generator,
 ) -> Layout:
     """Draws a layout.
 
     Args:
+        catalogue: What to draw from.
         arrangement: What to draw.
         index: Number of the scene, which decides for `mixed`.
         view_yaw_rad: Direction in which the viewer will look, about up.
@@ -90,10 +97,55 @@ def draw_layout(
         alone = int(rng.integers(1, min(3, len(colors) - stacked) + 1))
     else:
         alone = len(colors)
-    structures = [_draw_stack(colors[:stacked], rng)] if stacked else []
+    structures = [_draw_stack(catalogue, colors[:stacked], rng)] if stacked else []
     for color in colors[stacked : stacked + alone]:
-        structures.append([Piece(_draw_item(rng), color, 0.0, 0.0, _draw_yaw(rng))])
+        item = draw_item(catalogue, color, rng)
+        structures.append([Piece(item, color, 0.0, 0.0, _draw_yaw(rng))])
     return Layout(arrangement, _place(structures, view_yaw_rad, rng))
+
+
+def draw_item(
+    catalogue: Catalogue,
+    color: Color,
+    rng: np.random.Generator,
+    size: Size | None = None,
+    surface: Surface | None = None,
+    steady: bool = False,
+) -> CatalogueItem:
+    """Draws an object that comes in a colour: first its size class, if that is not given.
+
+    Shapes of one size or of few colours come up about as often as those of many.
+
+    Args:
+        catalogue: What to draw from.
+        color: Colour that it will have.
+        rng: Source of all randomness.
+        size: Its size class, None = any.
+        surface: None = any, else it must be able to carry something on this surface.
+        steady: Whether it must keep standing when its load falls.
+    """
+    size = size or list(Size)[int(rng.integers(len(Size)))]
+    choice = [
+        item
+        for item in catalogue.values()
+        if color in item.colors
+        and item.size is size
+        and (surface is None or item.can_carry(size, surface))
+        and (item.is_steady or not steady)
+    ]
+    sizes = Counter(item.shape for item in catalogue.values())
+    weights = np.array([1.0 / (sizes[item.shape] * len(item.colors)) for item in choice])
+    return choice[int(rng.choice(len(choice), p=weights / weights.sum()))]
+
+
+def draw_offset(
+    upper: CatalogueItem, lower: CatalogueItem, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Where an object is put relative to the middle of its support: (x, y) in metres."""
+    limit = _LARGEST_OVERLAP_OFFSET * (upper.width_m + lower.width_m) / 2.0
+    offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
+    direction = _draw_yaw(rng)
+    return offset * math.cos(direction), offset * math.sin(direction)
 
 
 _IN_TURN = (Arrangement.TOWERS, Arrangement.SPREAD, Arrangement.INTERSECTION)
@@ -111,50 +163,43 @@ _LARGEST_OVERLAP_OFFSET = 0.75
 # A structure is placed next to one that is there: this share in line with it and the viewer, the
 # others beside it. Ranges of the gap between the two, and of how far it is out of line.
 _IN_LINE_SHARE = 0.5
-_GAP_IN_LINE_M = (0.02, 0.05)
+_GAP_IN_LINE_M = (0.02, 0.04)
 _GAP_BESIDE_M = (0.02, 0.10)
-_OUT_OF_LINE_M = 0.03
+_OUT_OF_LINE_M = 0.02
 _LEAST_GAP_M = 0.02
 
-_FLAT_ITEMS = [item for item in CATALOGUE if item.surface is Surface.FLAT]
-_IRREGULAR_ITEMS = [item for item in CATALOGUE if item.surface is Surface.IRREGULAR]
-_DUCKS = [item for item in CATALOGUE if item.shape is Shape.DUCK]
 _SIZE_RANK = {Size.LARGE: 0, Size.MEDIUM: 1, Size.SMALL: 2}
-
-
-def _draw_item(rng: np.random.Generator) -> CatalogueItem:
-    return CATALOGUE[int(rng.integers(len(CATALOGUE)))]
 
 
 def _draw_yaw(rng: np.random.Generator) -> float:
     return float(rng.uniform(-math.pi, math.pi))
 
 
-def _draw_stack(colors: Sequence[Color], rng: np.random.Generator) -> list[Piece]:
+def _draw_stack(
+    catalogue: Catalogue, colors: Sequence[Color], rng: np.random.Generator
+) -> list[Piece]:
     """A stack whose bottom stands at the origin; supports are indices into the stack."""
-    items: list[CatalogueItem] = []
-    for _ in colors[:-1]:
-        choice = _FLAT_ITEMS
-        if rng.random() < _IRREGULAR_SUPPORT_SHARE:
-            # A sphere under a load rolls away; on the table that would be the bottom's own fall.
-            choice = _IRREGULAR_ITEMS if items else _DUCKS
-        items.append(choice[int(rng.integers(len(choice)))])
-    items.append(_draw_item(rng))
+    sizes = [list(Size)[i] for i in rng.integers(len(Size), size=len(colors))]
     if rng.random() < _SORTED_SHARE:
-        sizes = sorted((item.size for item in items), key=_SIZE_RANK.__getitem__)
-        items = [CatalogueItem(item.shape, size) for item, size in zip(items, sizes, strict=True)]
+        sizes.sort(key=_SIZE_RANK.__getitem__)
+    items: list[CatalogueItem] = []
+    for size, color in zip(sizes[:-1], colors[:-1], strict=True):
+        irregular = rng.random() < _IRREGULAR_SUPPORT_SHARE
+        surface = Surface.IRREGULAR if irregular else Surface.FLAT
+        # A load that falls must not take the bottom along: that would be the bottom's own fall.
+        # Nor may slender objects carry: of five, hardly a tower would stand.
+        steady = not items or not irregular
+        items.append(draw_item(catalogue, color, rng, size, surface, steady))
+    items.append(draw_item(catalogue, colors[-1], rng, sizes[-1]))
     pieces: list[Piece] = []
     for item, color in zip(items, colors, strict=True):
         if not pieces:
             pieces.append(Piece(item, color, 0.0, 0.0, _draw_yaw(rng)))
             continue
         below = pieces[-1]
-        limit = _LARGEST_OVERLAP_OFFSET * (item.width_m + below.item.width_m) / 2.0
-        offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
-        direction = _draw_yaw(rng)
-        x = below.x_m + offset * math.cos(direction)
-        y = below.y_m + offset * math.sin(direction)
-        pieces.append(Piece(item, color, x, y, _draw_yaw(rng), len(pieces) - 1))
+        x, y = draw_offset(item, below.item, rng)
+        place = (below.x_m + x, below.y_m + y, _draw_yaw(rng))
+        pieces.append(Piece(item, color, *place, len(pieces) - 1))
     return pieces
 
 

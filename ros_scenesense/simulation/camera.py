@@ -15,10 +15,10 @@ import numpy.typing as npt
 import pybullet
 
 from ros_scenesense.geometry import Intrinsics, Pose
+from ros_scenesense.simulation.backgrounds import WALL_COLOR
 from ros_scenesense.simulation.view import Light
 from ros_scenesense.simulation.world import World
 
-WALL_COLOR = (0.70, 0.74, 0.78)
 NEAR_M = 0.05
 FAR_M = 8.0
 
@@ -39,7 +39,7 @@ class Picture:
 
 
 class Camera:
-    """Renders the bodies of a world.
+    """Renders the bodies of a world, each in its one colour, before the plain background.
 
     Args:
         world: What it looks at.
@@ -64,7 +64,7 @@ class Camera:
             **self._view(pose),
             shadow=int(self._shadows),
             lightDirection=light.direction,
-            lightColor=[1.0, 1.0, 1.0],
+            lightColor=light.color,
             lightDistance=_LAMP_DISTANCE_M,
             lightAmbientCoeff=light.ambient,
             lightDiffuseCoeff=light.diffuse,

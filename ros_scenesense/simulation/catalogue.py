@@ -1,34 +1,22 @@
-"""The objects that scenes are made of: four shapes in three sizes, at true scale.
+"""The objects that scenes are made of, read from data files: `config/objects/*.yaml`.
 
 The names of the attributes are the paper's (section *Reasoning and Learning Architecture*,
-example of the Robot Assistant domain): size, surface, shape.
+example of the Robot Assistant domain): size, surface, shape. Whoever wants other objects gives a
+folder of such files; its objects are added, or replace shipped ones of their names.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
+from pathlib import Path
 
+from ros_scenesense.errors import SimulationError
+from ros_scenesense.resources import resource
 from ros_scenesense.scene import Size, Surface
-
-
-class Shape(StrEnum):
-    """Shapes of the catalogue."""
-
-    CUBE = "cube"
-    CYLINDER = "cylinder"
-    SPHERE = "sphere"
-    DUCK = "duck"
-
-
-class Color(StrEnum):
-    """Colours; each occurs once in a scene, so that `<colour>_<shape>` names one object."""
-
-    RED = "red"
-    GREEN = "green"
-    BLUE = "blue"
-    YELLOW = "yellow"
-    WHITE = "white"
+from ros_scenesense.simulation.forms import Form, Measures, make_form, measure
+from ros_scenesense.simulation.object_files import Color, MarkSpec, ObjectSpec, read_objects
+from ros_scenesense.simulation.ycb import replace_by_ycb
 
 
 @dataclass(frozen=True)
@@ -36,47 +24,149 @@ class CatalogueItem:
     """An object before it has a colour and a place.
 
     Attributes:
-        shape: Its shape.
+        name: Its key in the catalogue.
+        shape: Second part of its name in scenes, `<colour>_<shape>`.
         size: Its size class.
+        surface: Flat if and only if a centred cube put on it stays there.
+        mass_kg: Its mass.
+        colors: The colours it comes in.
+        measures: Its lengths as it stands upright.
+        is_open: Whether it is an open container: what is put there may fall in.
     """
 
-    shape: Shape
+    name: str
+    shape: str
     size: Size
-
-    @property
-    def surface(self) -> Surface:
-        """Flat if and only if a centred cube put on it stays there."""
-        return Surface.FLAT if self.shape in _FLAT else Surface.IRREGULAR
+    surface: Surface
+    mass_kg: float
+    colors: tuple[Color, ...]
+    measures: Measures
+    is_open: bool = False
 
     @property
     def width_m(self) -> float:
-        """Edge of the cube, diameter of cylinder and sphere; a duck is a fifth longer."""
-        return _WIDTH_M[self.size]
+        """Smaller horizontal extent."""
+        return self.measures.width_m
 
     @property
     def height_m(self) -> float:
         """Height when it stands upright."""
-        return self.width_m * _HEIGHT[self.shape]
+        return self.measures.height_m
 
     @property
     def radius_m(self) -> float:
         """Radius of the upright circle about the centre of mass that holds its footprint."""
-        return self.width_m * _RADIUS[self.shape]
+        return self.measures.radius_m
+
+    def can_carry(self, size: Size, surface: Surface) -> bool:
+        """Whether it is of this size and surface and something may stand on it in a stack."""
+        return self.size is size and self.surface is surface and not self.is_open
 
     @property
-    def mass_kg(self) -> float:
-        """Mass, of wood-like density."""
-        return _DENSITY_KG_M3 * _VOLUME[self.shape] * self.width_m**3
+    def is_steady(self) -> bool:
+        """Whether it keeps standing when a load falls off it: not slender, and no ball."""
+        return self.measures.height_m <= _SLENDER * self.measures.base_m
 
 
-_FLAT = (Shape.CUBE, Shape.CYLINDER)
-_WIDTH_M = {Size.SMALL: 0.05, Size.MEDIUM: 0.075, Size.LARGE: 0.10}
-_DENSITY_KG_M3 = 450.0
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """How the mesh of an object is coloured beside the colour that it has in a scene.
 
-# In widths. The duck's are measured on its mesh, scaled to a length of 1.2 widths.
-_HEIGHT = {Shape.CUBE: 1.0, Shape.CYLINDER: 1.2, Shape.SPHERE: 1.0, Shape.DUCK: 1.122}
-_RADIUS = {Shape.CUBE: 0.7072, Shape.CYLINDER: 0.5, Shape.SPHERE: 0.5, Shape.DUCK: 0.622}
-_VOLUME = {Shape.CUBE: 1.0, Shape.CYLINDER: 0.942, Shape.SPHERE: 0.524, Shape.DUCK: 0.478}
+    Attributes:
+        marks: Patches on its outer wall.
+        plain: Colours of the plain cells 1, ... of its painted texture; None = its own.
+        texture: Image in the mesh's own texture coordinates, or None.
+    """
 
-CATALOGUE = tuple(CatalogueItem(shape, size) for shape in Shape for size in Size)
-"""Every object there is."""
+    marks: tuple[MarkSpec, ...] = ()
+    plain: tuple[str | None, ...] = ()
+    texture: Path | None = None
+
+
+class Catalogue(Mapping[str, CatalogueItem]):
+    """Every object there is, by name, with its form and its looks."""
+
+    def __init__(self, entries: Mapping[str, tuple[CatalogueItem, Form, Looks]]) -> None:
+        self._entries = dict(entries)
+
+    def __getitem__(self, name: str) -> CatalogueItem:
+        return self._entries[name][0]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def form(self, item: CatalogueItem) -> Form:
+        """The body of an item."""
+        return self._entries[item.name][1]
+
+    def looks(self, item: CatalogueItem) -> Looks:
+        """How an item's mesh is coloured."""
+        return self._entries[item.name][2]
+
+
+def load_catalogue(objects_dir: str = "", ycb_dir: str = "") -> Catalogue:
+    """The shipped objects and the user's.
+
+    Args:
+        objects_dir: Folder with further `*.yaml` files; empty = none.
+        ycb_dir: Folder of the YCB data set, whose meshes replace their stand-ins; empty = none.
+
+    Raises:
+        SimulationError: If a data file or a mesh is missing or wrong, or the objects are too few
+            to draw scenes from.
+    """
+    specs = read_objects(resource("config", "objects"))
+    if objects_dir:
+        specs |= read_objects(Path(objects_dir))
+    if ycb_dir:
+        specs = replace_by_ycb(specs, Path(ycb_dir))
+    catalogue = Catalogue({name: _entry(spec, file) for name, (spec, file) in specs.items()})
+    _check_choice(catalogue)
+    return catalogue
+
+
+# Times its base that an object may be high to be called steady.
+_SLENDER = 2.2
+
+
+def _entry(spec: ObjectSpec, file: Path) -> tuple[CatalogueItem, Form, Looks]:
+    try:
+        form = make_form(spec.form, file.parent)
+    except SimulationError as error:
+        raise SimulationError(f"{file}, object '{spec.name}': {error}") from error
+    texture = file.parent / spec.texture if spec.texture else None
+    if texture is not None and not texture.is_file():
+        raise SimulationError(f"{file}, object '{spec.name}': texture {texture} is missing")
+    item = CatalogueItem(
+        name=spec.name,
+        shape=spec.shape,
+        size=spec.size,
+        surface=spec.surface,
+        mass_kg=spec.mass_kg,
+        colors=spec.colors,
+        measures=measure(form),
+        is_open=spec.open,
+    )
+    tubes = spec.revolved.tubes if spec.revolved else ()
+    return item, form, Looks(spec.marks, tuple(tube.color for tube in tubes), texture)
+
+
+def _check_choice(catalogue: Catalogue) -> None:
+    """Stacks need something to begin with, whatever size, surface and colour was drawn."""
+    for size in Size:
+        for surface in Surface:
+            bottoms = [
+                item
+                for item in catalogue.values()
+                if item.can_carry(size, surface) and item.is_steady
+            ]
+            missing = set(Color) - {color for item in bottoms for color in item.colors}
+            if missing:
+                raise SimulationError(
+                    f"no {size} object with a {surface} surface that stacks can begin with comes "
+                    f"in {', '.join(sorted(missing))}: the shipped cubes and ducks do, give "
+                    "objects of your own other names"
+                )

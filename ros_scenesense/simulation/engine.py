@@ -7,7 +7,7 @@ is imported when the engine is built, in the worker process: configurations are 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,11 +16,15 @@ from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLabel
 from ros_scenesense.parameters import parameter, parameters_of
-from ros_scenesense.scene import Frame, find_structures
+from ros_scenesense.scene import Frame, Truth
+from ros_scenesense.simulation.appearance import Appearance, draw_appearance, dress
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
-from ros_scenesense.simulation.occlusion import occlusion, visible_fractions
-from ros_scenesense.simulation.stability import stability, structure_stability
-from ros_scenesense.simulation.view import draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS, PLAIN
+from ros_scenesense.simulation.occlusion import Hiding, occlusion, visibilities
+from ros_scenesense.simulation.relations import ExactRelation, exact_relations, naming_axes
+from ros_scenesense.simulation.stability import judged, repetitions, structure_stability
+from ros_scenesense.simulation.view import Light, draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.wish import ANY, Wish, structures_of
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.camera import Picture
@@ -54,7 +58,29 @@ class SimulationConfiguration:
         minimum=0.0,
         maximum=180.0,
     )
+    roll_deg: float = parameter(
+        0.0,
+        "the camera is turned about its optical axis by up to this many degrees",
+        minimum=0.0,
+        maximum=20.0,
+    )
+    distance_max: float = parameter(
+        1.3,
+        "the camera stands at most this many times as far as it must to see everything",
+        minimum=1.0,
+        maximum=4.0,
+    )
     shadows: bool = parameter(True, "whether objects cast shadows")
+    textures: bool = parameter(True, "whether objects have textures")
+    backgrounds: int = parameter(
+        8, "number of different tables and walls; 0 = plain", minimum=0, maximum=MOST_BACKGROUNDS
+    )
+    objects_dir: str = parameter(
+        "", "folder of *.yaml files with objects that are added or replace shipped ones"
+    )
+    ycb_dir: str = parameter(
+        "", "folder of the YCB models that replace their stand-ins; empty = stand-ins"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +108,9 @@ class SimulatedScene:
         arrangement: `towers`, `spread` or `intersection`.
         supports: Pairs (upper, lower) of names: what stands on what.
         placed: Where every object is, in the order of `objects`.
+        relations: True relations of every pair, in the viewer's naming frame.
+        hidden: Who hides how much of whom.
+        background: Number of the background.
     """
 
     frame: Frame
@@ -91,6 +120,9 @@ class SimulatedScene:
     arrangement: str
     supports: list[tuple[str, str]]
     placed: list[PlacedObject]
+    relations: list[ExactRelation] = field(default_factory=list)
+    hidden: list[Hiding] = field(default_factory=list)
+    background: int = PLAIN
 
 
 class SimulationEngine:
@@ -101,11 +133,14 @@ class SimulationEngine:
 
     Raises:
         ParameterError: If a parameter is out of its range.
-        SimulationError: If parameters contradict each other, or Bullet cannot be started.
+        SimulationError: If parameters contradict each other, a data file or mesh is missing or
+            wrong, or Bullet cannot be started.
     """
 
     def __init__(self, configuration: SimulationConfiguration) -> None:
         from ros_scenesense.simulation.camera import Camera
+        from ros_scenesense.simulation.catalogue import load_catalogue
+        from ros_scenesense.simulation.survey import Surveyor
         from ros_scenesense.simulation.world import World
 
         _check(configuration)
@@ -113,30 +148,102 @@ class SimulationEngine:
         self._intrinsics = renderer_intrinsics(
             configuration.width, configuration.height, configuration.field_of_view_deg
         )
-        self._world = World()
+        self._catalogue = load_catalogue(configuration.objects_dir, configuration.ycb_dir)
+        self._world = World(self._catalogue)
         self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
+        self._surveyor = Surveyor(self._world)
 
-    def scene(self, seed: int, index: int) -> SimulatedScene:
-        """Makes one scene. The same (configuration, seed, index) always gives the same scene.
+    def scene(self, seed: int, index: int, wish: Wish = ANY) -> SimulatedScene:
+        """Makes one scene. The same (configuration, seed, index, wish) always gives the same scene.
+
+        Scenes are drawn until one is as wished and the camera sees something of every object.
 
         Args:
             seed: Seed of a series of scenes.
             index: Number of the scene in the series.
+            wish: What the scene must be like; its arrangement goes before the configuration's.
 
         Raises:
-            SimulationError: If seed or index is negative, or the engine was closed.
+            SimulationError: If seed or index is negative, the engine was closed, or no scene is
+                as wished.
         """
         if seed < 0 or index < 0:
             raise SimulationError(f"scene (seed {seed}, index {index}): both must be at least 0")
         if self._world.client < 0:
             raise SimulationError("this engine was closed: make a new one")
-        shot = self._shoot(seed, index)
-        layout = shot.layout
-        fractions = visible_fractions(
-            self._world, self._camera, shot.pose, layout, shot.picture.bodies
+        built = 0
+        for attempt in range(_DRAWS):
+            draft = self._draw(seed, index, attempt, wish)
+            if not wish.fits(draft.layout):
+                continue
+            self._world.build(draft.layout.pieces)
+            stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
+            if stable is not None:
+                appearance = draw_appearance(
+                    [piece.name for piece in draft.layout.pieces],
+                    self._configuration.textures,
+                    self._configuration.backgrounds,
+                    _rng(seed, index, "appearance", attempt),
+                )
+                shot = self._shoot(draft, appearance, _rng(seed, index, "camera", attempt))
+                if self._sees_everything(shot.picture):
+                    return self._scene(draft, shot, stable)
+            built += 1
+            if built == _ATTEMPTS:
+                break
+        raise SimulationError(
+            f"scene (seed {seed}, index {index}): of {built} that were built none {_asked(wish)}"
         )
-        structures = find_structures([piece.name for piece in layout.pieces], layout.supports())
-        stable = stability(self._world, structures, _rng(seed, index, "jitter"))
+
+    def close(self) -> None:
+        """Ends the physics client."""
+        self._world.close()
+
+    def _draw(self, seed: int, index: int, attempt: int, wish: Wish) -> Draft:
+        """What stands where, and from which side it is seen."""
+        side = _rng(seed, index, "side", attempt).uniform(-1.0, 1.0)
+        yaw = math.radians(self._configuration.yaw_deg) * side
+        arrangement = wish.arrangement or Arrangement(self._configuration.arrangement)
+        rng = _rng(seed, index, "layout", attempt)
+        layout = draw_layout(self._catalogue, arrangement, index, yaw, rng)
+        return Draft(layout, yaw)
+
+    def _label(self, draft: Draft, wish: Wish, rng: np.random.Generator) -> dict[str, Truth] | None:
+        """Stability of the bodies as built, which stand there again; None if not as wished."""
+        moved: list[dict[str, bool]] = []
+        for one in repetitions(self._world, structures_of(draft.layout), rng):
+            if not wish.may_come_true(draft.layout, one):
+                return None
+            moved.append(one)
+        self._world.reset()
+        stable = judged(moved)
+        return stable if wish.comes_true(draft.layout, stable) else None
+
+    def _shoot(self, draft: Draft, appearance: Appearance, rng: np.random.Generator) -> Shot:
+        """Photographs the world as built."""
+        configuration = self._configuration
+        pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
+        pose = frame_scene(
+            self._world.corners(),
+            self._intrinsics,
+            pitch_rad=math.radians(pitch_deg),
+            yaw_rad=draft.yaw_rad,
+            distance_factor=rng.uniform(1.0, configuration.distance_max),
+            roll_rad=math.radians(configuration.roll_deg) * rng.uniform(-1.0, 1.0),
+        )
+        light = draw_light(rng)
+        return Shot(pose, light, appearance, self._camera.picture(pose, light))
+
+    def _sees_everything(self, picture: Picture) -> bool:
+        least_pixels = _LEAST_SHARE * picture.bodies.size
+        return all(
+            np.count_nonzero(picture.bodies == body.id) >= least_pixels
+            for body in self._world.bodies
+        )
+
+    def _scene(self, draft: Draft, shot: Shot, stable: dict[str, Truth]) -> SimulatedScene:
+        layout = draft.layout
+        seen = visibilities(self._world, self._camera, shot.pose, layout, shot.picture.bodies)
         return SimulatedScene(
             frame=self._frame(shot),
             objects=[_known(number, piece) for number, piece in enumerate(layout.pieces, 1)],
@@ -144,59 +251,33 @@ class SimulationEngine:
                 ObjectLabel(
                     name=piece.name,
                     stable=stable[piece.name],
-                    occluded=occlusion(fraction),
-                    visible_fraction=fraction,
+                    occluded=occlusion(one.fraction),
+                    visible_fraction=one.fraction,
                 )
-                for piece, fraction in zip(layout.pieces, fractions, strict=True)
+                for piece, one in zip(layout.pieces, seen, strict=True)
             ],
             structure_labels=[
                 StructureLabel(members=list(members), stable=structure_stability(members, stable))
-                for members in structures
+                for members in structures_of(layout)
             ],
             arrangement=str(layout.arrangement),
             supports=layout.supports(),
             placed=[PlacedObject(body.piece, body.pose) for body in self._world.bodies],
+            relations=exact_relations(
+                [piece.name for piece in layout.pieces],
+                self._surveyor.solids(),
+                self._surveyor.contacts(),
+                naming_axes(shot.pose),
+            ),
+            hidden=[hiding for one in seen for hiding in one.hidden],
+            background=shot.appearance.background,
         )
 
-    def close(self) -> None:
-        """Ends the physics client."""
-        self._world.close()
-
-    def _shoot(self, seed: int, index: int) -> _Shot:
-        """Draws, builds and photographs scenes until the camera sees something of every object."""
-        configuration = self._configuration
-        arrangement = Arrangement(configuration.arrangement)
-        least_pixels = _LEAST_SHARE * configuration.width * configuration.height
-        for attempt in range(_ATTEMPTS):
-            rng = _rng(seed, index, "view", attempt)
-            yaw = math.radians(configuration.yaw_deg) * rng.uniform(-1.0, 1.0)
-            layout = draw_layout(arrangement, index, yaw, _rng(seed, index, "layout", attempt))
-            self._world.build(layout.pieces)
-            pose = frame_scene(
-                self._world.corners(),
-                self._intrinsics,
-                pitch_rad=math.radians(
-                    rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
-                ),
-                yaw_rad=yaw,
-                distance_factor=rng.uniform(1.0, _FARTHEST),
-            )
-            picture = self._camera.picture(pose, draw_light(rng))
-            if all(
-                np.count_nonzero(picture.bodies == body.id) >= least_pixels
-                for body in self._world.bodies
-            ):
-                return _Shot(layout, pose, picture)
-        raise SimulationError(
-            f"scene (seed {seed}, index {index}): the camera misses an object in each of "
-            f"{_ATTEMPTS} attempts: change pitch_min_deg and pitch_max_deg"
-        )
-
-    def _frame(self, shot: _Shot) -> Frame:
+    def _frame(self, shot: Shot) -> Frame:
         instances = np.zeros(shot.picture.bodies.shape, dtype=np.uint16)
         for number, body in enumerate(self._world.bodies, 1):
             instances[shot.picture.bodies == body.id] = number
-        return Frame(
+        frame = Frame(
             stamp_ns=0,
             frame_id=CAMERA_FRAME,
             color=shot.picture.color,
@@ -205,25 +286,44 @@ class SimulationEngine:
             instances=instances,
             camera_pose=shot.pose,
         )
+        poses = {body.piece.name: body.pose for body in self._world.bodies}
+        return dress(frame, poses, shot.appearance)
 
 
 @dataclass(frozen=True, eq=False)
-class _Shot:
+class Draft:
+    """What is built, and from which side it is seen."""
+
     layout: Layout
+    yaw_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A picture, rendered plain, how it was taken, and how the scene is to look."""
+
     pose: Pose
+    light: Light
+    appearance: Appearance
     picture: Picture
 
 
 # An object of which less than this share of the image is seen is as good as not there.
 _LEAST_SHARE = 0.0005
-_ATTEMPTS = 100
-# The camera stands at most this many times as far as it must to see everything.
-_FARTHEST = 1.3
+# Drawing costs little, building and physics much: a rare wish may take hundreds of attempts.
+_DRAWS = 20000
+_ATTEMPTS = 1000
 
 
 def _rng(seed: int, index: int, purpose: str, attempt: int = 0) -> np.random.Generator:
     """A generator for each purpose: a change to one leaves what the others draw as it was."""
     return np.random.default_rng([seed, index, *purpose.encode(), attempt])
+
+
+def _asked(wish: Wish) -> str:
+    if wish == ANY:
+        return "shows all objects to the camera: change pitch_min_deg and pitch_max_deg"
+    return f"is as wished ({wish})"
 
 
 def _check(configuration: SimulationConfiguration) -> None:
@@ -242,6 +342,6 @@ def _known(number: int, piece: Piece) -> KnownObject:
         name=piece.name,
         size=piece.item.size,
         surface=piece.item.surface,
-        shape=str(piece.item.shape),
+        shape=piece.item.shape,
         color=str(piece.color),
     )

@@ -1,18 +1,15 @@
-"""Triangle meshes of the round shapes and of the duck, for the renderer.
+"""Triangle meshes for the renderer: box, cylinder and sphere, and what all meshes need.
 
 Bullet's own sphere is so coarse that its depth misses the true sphere by millimetres, its cylinder
-shades side and lid as one, and its duck wears a texture that would mix with the object's colour.
+shades side and lid as one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-
-from ros_scenesense.errors import SimulationError
 
 Float = npt.NDArray[np.float64]
 
@@ -25,11 +22,31 @@ class Mesh:
         vertices: (V, 3) metres.
         normals: (V, 3) unit vectors, outward.
         triangles: (T, 3) indices of vertices, counter-clockwise from outside.
+        uvs: (V, 2) places in the texture, from 0 to 1, from its lower left corner.
     """
 
     vertices: Float
     normals: Float
     triangles: npt.NDArray[np.int64]
+    uvs: Float
+
+
+CELLS = 8
+STRIP = 0.125
+"""Painted textures: a strip at the left, of this width, has one cell for each plain colour, the
+lowest for the object's own; the rest is the outer wall, unrolled."""
+
+
+def plain(count: int, cell: int = 0) -> Float:
+    """Places (count, 2) in one of the cells of a painted texture."""
+    return np.tile([STRIP / 2.0, (cell + 0.5) / CELLS], (count, 1))
+
+
+def painted(around: npt.ArrayLike, up: npt.ArrayLike) -> Float:
+    """Places (V, 2) on the unrolled outer wall: shares of the way around and of the height."""
+    # Kept off the strip and off the upper border, beyond which the texture begins again.
+    u = STRIP + 0.005 + (1.0 - STRIP - 0.01) * np.asarray(around)
+    return np.stack(np.broadcast_arrays(u, 0.005 + 0.99 * np.asarray(up)), axis=-1)
 
 
 def sphere(radius_m: float, segments: int = 48) -> Mesh:
@@ -45,7 +62,7 @@ def sphere(radius_m: float, segments: int = 48) -> Mesh:
         ],
         axis=-1,
     ).reshape(-1, 3)
-    return Mesh(radius_m * normals, normals, _grid(rings, segments))
+    return Mesh(radius_m * normals, normals, grid(rings, segments), plain(len(normals)))
 
 
 def cylinder(radius_m: float, height_m: float, segments: int = 48) -> Mesh:
@@ -56,41 +73,68 @@ def cylinder(radius_m: float, height_m: float, segments: int = 48) -> Mesh:
     side = Mesh(
         np.concatenate([radius_m * circle + half, radius_m * circle - half]),
         np.concatenate([circle, circle]),
-        _grid(1, segments),
+        grid(1, segments),
+        plain(2 * len(circle)),
     )
-    return _joined([side, _disc(circle, radius_m, half, 1.0), _disc(circle, radius_m, -half, -1.0)])
+    return joined([side, _disc(circle, radius_m, half, 1.0), _disc(circle, radius_m, -half, -1.0)])
 
 
-def read_obj(path: Path) -> Mesh:
-    """A mesh from the vertices and triangles of a Wavefront file, shaded smoothly.
-
-    Raises:
-        SimulationError: If the file cannot be read or holds no triangles.
-    """
-    try:
-        lines = [line.split() for line in path.read_text().splitlines()]
-        vertices = np.array([line[1:4] for line in lines if line[:1] == ["v"]], dtype=np.float64)
-        faces = [
-            [corner.split("/")[0] for corner in line[1:]] for line in lines if line[:1] == ["f"]
-        ]
-        triangles = np.array(faces, dtype=np.int64).reshape(-1, 3) - 1
-        corners = vertices[triangles]
-        if not triangles.size:
-            raise ValueError("no triangles")
-    except (OSError, ValueError, IndexError) as error:
-        raise SimulationError(
-            f"mesh {path} cannot be read ({error}): it must be a Wavefront file of triangles"
-        ) from error
-    # Cross products are as long as twice the area, so that large faces count more.
+def smooth_normals(vertices: Float, triangles: npt.NDArray[np.int64]) -> Float:
+    """Normal (V, 3) of every vertex: the mean of its triangles', large ones counting more."""
+    corners = vertices[triangles]
+    # Cross products are as long as twice the area.
     faced = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.zeros_like(vertices)
     for corner in range(3):
         np.add.at(normals, triangles[:, corner], faced)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return Mesh(vertices, normals / np.maximum(lengths, 1e-12), triangles)
+    return np.asarray(normals / np.maximum(lengths, 1e-12))
 
 
-def _grid(rows: int, columns: int) -> npt.NDArray[np.int64]:
+def box(size_m: tuple[float, float, float]) -> Mesh:
+    """A box about the origin; its four sides share the texture from x over y to -x and -y."""
+    half = np.array(size_m) / 2.0
+    sides = [
+        # Outward, to the right as seen from outside, up; first and last place around.
+        ((1, 0, 0), (0, 1, 0), (0, 0, 1), 0),
+        ((0, 1, 0), (-1, 0, 0), (0, 0, 1), 1),
+        ((-1, 0, 0), (0, -1, 0), (0, 0, 1), 2),
+        ((0, -1, 0), (1, 0, 0), (0, 0, 1), 3),
+        ((0, 0, 1), (0, 1, 0), (-1, 0, 0), None),
+        ((0, 0, -1), (0, 1, 0), (1, 0, 0), None),
+    ]
+    return joined([_side(half, *side) for side in sides])
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """One mesh of several."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.normals for mesh in meshes]),
+        np.concatenate(
+            [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
+        ),
+        np.concatenate([mesh.uvs for mesh in meshes]),
+    )
+
+
+def _side(
+    half: Float,
+    outward: tuple[int, ...],
+    right: tuple[int, ...],
+    up: tuple[int, ...],
+    quarter: int | None,
+) -> Mesh:
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    vertices = (np.array(outward) + signs[:, :1] * right + signs[:, 1:] * up) * half
+    places = (signs + 1) / 2.0
+    uvs = plain(4) if quarter is None else painted((quarter + places[:, 0]) / 4.0, places[:, 1])
+    normals = np.tile(np.array(outward, dtype=np.float64), (4, 1))
+    return Mesh(vertices, normals, np.array([[0, 1, 2], [0, 2, 3]]), uvs)
+
+
+def grid(rows: int, columns: int) -> npt.NDArray[np.int64]:
     """Triangles between the vertices of a (rows + 1, columns + 1) grid."""
     start = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
     below, right = start + columns + 1, start + 1
@@ -104,15 +148,6 @@ def _disc(circle: Float, radius_m: float, centre: Float, up: float) -> Mesh:
     triangles = np.stack([np.zeros_like(ring), ring, ring + 1], axis=-1)
     vertices = np.concatenate([[centre], radius_m * circle + centre])
     normals = np.tile([0.0, 0.0, up], (len(vertices), 1))
-    return Mesh(vertices, normals, triangles if up > 0.0 else triangles[:, ::-1])
-
-
-def _joined(meshes: list[Mesh]) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.normals for mesh in meshes]),
-        np.concatenate(
-            [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
-        ),
-    )
+    if up < 0.0:
+        triangles = triangles[:, ::-1]
+    return Mesh(vertices, normals, triangles, plain(len(vertices)))

@@ -6,12 +6,15 @@ an object carries covers its top, not its front, and is therefore not counted as
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.geometry import Pose
+from ros_scenesense.messages.base import Name, Part, Probability
 from ros_scenesense.scene import Truth
 from ros_scenesense.simulation.arrangements import Layout
 
@@ -23,33 +26,74 @@ OCCLUDED_BELOW = 0.90
 NOT_OCCLUDED_FROM = 0.97
 
 
-def visible_fractions(
+class Hiding(Part, frozen=True):
+    """Who hides whom: the share of the pixels that `object` could show which are `by`'s."""
+
+    object: Name
+    by: Name
+    share: Probability
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """How much of an object is seen.
+
+    Attributes:
+        fraction: Visible pixels / pixels that would be visible if only the object and what it
+            carries, directly or not, were there. None if it would not be in the image even then.
+        hidden: By whom the others are covered, the most first.
+    """
+
+    fraction: float | None
+    hidden: tuple[Hiding, ...]
+
+
+def visibilities(
     world: World, camera: Camera, pose: Pose, layout: Layout, bodies: npt.NDArray[np.int32]
-) -> list[float]:
-    """The visible share of every piece of the layout.
+) -> list[Visibility]:
+    """How much is seen of every piece of the layout.
 
     Args:
         world: The world as built; left as built.
         camera: Takes the pictures.
-        pose: Of the camera, which must have every object in the image.
+        pose: Of the camera.
         layout: What stands in the world.
         bodies: (H, W) Bullet ids as seen from the pose.
-
-    Returns:
-        Visible pixels / pixels that would be visible if only the object and what it carries,
-        directly or not, were there.
     """
-    fractions = []
+    names = {body.id: body.piece.name for body in world.bodies}
+    found = []
     for body, load in zip(world.bodies, _loads(layout), strict=True):
         world.show_only(load)
         unhidden = camera.bodies(pose) == body.id
-        fractions.append(float(np.mean((bodies == body.id)[unhidden])))
+        found.append(_visibility(body.id, bodies[unhidden], names))
     world.reset()
-    return fractions
+    return found
 
 
-def occlusion(visible_fraction: float) -> Truth:
-    """TRUE below .90, FALSE from .97 on; between them lie rims and slivers: AMBIGUOUS."""
+def _visibility(body: int, seen: npt.NDArray[np.int32], names: Mapping[int, str]) -> Visibility:
+    """From the ids (N,) of what is seen where the body would be."""
+    if not seen.size:
+        return Visibility(None, ())
+    shares = {
+        int(other): count / seen.size
+        for other, count in zip(*np.unique(seen, return_counts=True), strict=True)
+    }
+    fraction = float(shares.pop(body, 0.0))
+    hidden = [
+        Hiding(object=names[body], by=names[other], share=float(share))
+        for other, share in shares.items()
+        if other in names
+    ]
+    return Visibility(fraction, tuple(sorted(hidden, key=lambda one: (-one.share, one.by))))
+
+
+def occlusion(visible_fraction: float | None) -> Truth:
+    """TRUE below .90, FALSE from .97 on; between them lie rims and slivers: AMBIGUOUS.
+
+    So is an object that is not in the image.
+    """
+    if visible_fraction is None:
+        return Truth.AMBIGUOUS
     if visible_fraction < OCCLUDED_BELOW:
         return Truth.TRUE
     return Truth.FALSE if visible_fraction >= NOT_OCCLUDED_FROM else Truth.AMBIGUOUS

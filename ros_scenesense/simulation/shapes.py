@@ -1,79 +1,69 @@
-"""The shapes of the catalogue in Bullet's terms: what collides, and what is seen.
+"""Forms in Bullet's terms: what collides, what is seen, and its texture.
 
 The origin of every shape is its centre of mass, so that a body's position is that of its mass.
 """
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import numpy as np
-import numpy.typing as npt
 import pybullet
-import pybullet_data
 
-from ros_scenesense.geometry import rotation_matrix
-from ros_scenesense.simulation import meshes
-from ros_scenesense.simulation.catalogue import CatalogueItem, Shape
+from ros_scenesense.simulation.convex import parts_file_text
+from ros_scenesense.simulation.forms import Form
+from ros_scenesense.simulation.object_files import BoxSpec, CylinderSpec, SphereSpec
+from ros_scenesense.simulation.painting import Image, write_png
 
 
-def collision_arguments(item: CatalogueItem) -> dict[str, object]:
-    """Arguments of `createCollisionShape`."""
-    half = item.width_m / 2.0
-    if item.shape is Shape.CUBE:
-        return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [half, half, half]}
-    if item.shape is Shape.SPHERE:
-        return {"shapeType": pybullet.GEOM_SPHERE, "radius": half}
-    if item.shape is Shape.CYLINDER:
-        return {"shapeType": pybullet.GEOM_CYLINDER, "radius": half, "height": item.height_m}
-    scale = _duck_scale(item)
-    return {
+def create_collision_shape(form: Form, client: int) -> int:
+    """What collides of a form; Bullet's id of it."""
+    match form.primitive:
+        case BoxSpec(size_m=size):
+            half = [edge / 2.0 for edge in size]
+            arguments = {"shapeType": pybullet.GEOM_BOX, "halfExtents": half}
+        case CylinderSpec(diameter_m=diameter, height_m=height):
+            arguments = {
+                "shapeType": pybullet.GEOM_CYLINDER,
+                "radius": diameter / 2.0,
+                "height": height,
+            }
+        case SphereSpec(diameter_m=diameter):
+            arguments = {"shapeType": pybullet.GEOM_SPHERE, "radius": diameter / 2.0}
+        case _:
+            return _create_compound(form, client)
+    return int(pybullet.createCollisionShape(**arguments, physicsClientId=client))
+
+
+def create_visual_shape(form: Form, rgba: list[float], client: int) -> int:
+    """What is seen of a form; Bullet's id of it."""
+    arguments: dict[str, object] = {
+        "rgbaColor": rgba,
+        "specularColor": [0.1, 0.1, 0.1],
         "shapeType": pybullet.GEOM_MESH,
-        "fileName": str(_DUCK_FOLDER / "duck_vhacd.obj"),
-        "meshScale": [scale, scale, scale],
-        "collisionFramePosition": _to_upright(-scale * _DUCK_CENTRE),
-        "collisionFrameOrientation": _UPRIGHT,
+        "vertices": form.mesh.vertices.tolist(),
+        "indices": form.mesh.triangles.ravel().tolist(),
+        "normals": form.mesh.normals.tolist(),
+        "uvs": form.mesh.uvs.tolist(),
     }
+    return int(pybullet.createVisualShape(**arguments, physicsClientId=client))
 
 
-def visual_arguments(item: CatalogueItem) -> dict[str, object]:
-    """Arguments of `createVisualShape`, without the colour."""
-    half = item.width_m / 2.0
-    if item.shape is Shape.CUBE:
-        return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [half, half, half]}
-    if item.shape is Shape.SPHERE:
-        mesh = meshes.sphere(half)
-    elif item.shape is Shape.CYLINDER:
-        mesh = meshes.cylinder(half, item.height_m)
-    else:
-        duck = meshes.read_obj(_DUCK_FOLDER / "duck.obj")
-        mesh = meshes.Mesh(
-            _to_upright(_duck_scale(item) * (duck.vertices - _DUCK_CENTRE)),
-            _to_upright(duck.normals),
-            duck.triangles,
+def load_texture(image: Image, client: int) -> int:
+    """Gives Bullet an image (H, W, 3) RGB; its id of it."""
+    with TemporaryDirectory(prefix="scenesense-") as folder:
+        path = Path(folder, "texture.png")
+        write_png(path, image)
+        return int(pybullet.loadTexture(str(path), physicsClientId=client))
+
+
+def _create_compound(form: Form, client: int) -> int:
+    # Bullet makes one body of many convex parts only from a file.
+    with TemporaryDirectory(prefix="scenesense-") as folder:
+        path = Path(folder, "parts.obj")
+        path.write_text(parts_file_text(form.parts))
+        return int(
+            pybullet.createCollisionShape(
+                pybullet.GEOM_MESH, fileName=str(path), physicsClientId=client
+            )
         )
-    return {
-        "shapeType": pybullet.GEOM_MESH,
-        "vertices": mesh.vertices.tolist(),
-        "indices": mesh.triangles.ravel().tolist(),
-        "normals": mesh.normals.tolist(),
-        "uvs": np.zeros((len(mesh.vertices), 2)).tolist(),
-    }
-
-
-# The duck's mesh is y-up and off-centre; its centre of mass was integrated over its convex parts.
-_DUCK_FOLDER = Path(pybullet_data.getDataPath())
-_DUCK_LENGTH = 1.6547
-_DUCK_CENTRE = np.array([-0.1530, 0.6886, 0.0410])
-_DUCK_WIDTHS = 1.2
-_UPRIGHT = pybullet.getQuaternionFromEuler([math.pi / 2.0, 0.0, 0.0])
-
-
-def _duck_scale(item: CatalogueItem) -> float:
-    return _DUCK_WIDTHS * item.width_m / _DUCK_LENGTH
-
-
-def _to_upright(vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Turns y-up into z-up."""
-    return vectors @ rotation_matrix(_UPRIGHT).T

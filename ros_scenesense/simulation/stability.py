@@ -7,7 +7,7 @@ where the repetitions disagree, the label is ambiguous.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,13 +38,28 @@ def stability(
         every repetition, FALSE if in none, else AMBIGUOUS. The first repetition is as built, in
         the others each object is displaced horizontally by 1.5 mm in a random direction.
     """
+    return judged(list(repetitions(world, structures, rng)))
+
+
+def repetitions(
+    world: World, structures: Sequence[tuple[str, ...]], rng: np.random.Generator
+) -> Iterator[dict[str, bool]]:
+    """Runs the repetitions of the test of `stability`, each when it is asked for.
+
+    Yields:
+        By name, whether the body moved in this repetition.
+    """
     apart = _apart(world, structures)
-    moved = np.zeros((REPETITIONS, len(world.bodies)), dtype=bool)
     for repetition in range(REPETITIONS):
         angles = rng.uniform(-np.pi, np.pi, len(world.bodies))
         jitter = JITTER_M * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
-        moved[repetition] = _moved(world, apart + (jitter if repetition else 0.0))
-    return {body.piece.name: _truth(moved[:, index]) for index, body in enumerate(world.bodies)}
+        moved = _moved(world, apart + (jitter if repetition else 0.0))
+        yield {body.piece.name: bool(one) for body, one in zip(world.bodies, moved, strict=True)}
+
+
+def judged(moved: Sequence[Mapping[str, bool]]) -> dict[str, Truth]:
+    """Stability by name, from who moved in each repetition."""
+    return {name: _truth([one[name] for one in moved]) for name in moved[0]}
 
 
 def structure_stability(members: Iterable[str], stable: Mapping[str, Truth]) -> Truth:
@@ -89,7 +104,7 @@ def _moved(world: World, shifts: npt.NDArray[np.float64]) -> npt.NDArray[np.bool
     return moved
 
 
-def _truth(moved: npt.NDArray[np.bool_]) -> Truth:
-    if np.all(moved):
+def _truth(moved: Sequence[bool]) -> Truth:
+    if all(moved):
         return Truth.FALSE
-    return Truth.AMBIGUOUS if np.any(moved) else Truth.TRUE
+    return Truth.AMBIGUOUS if any(moved) else Truth.TRUE

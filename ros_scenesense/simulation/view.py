@@ -8,28 +8,38 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.geometry import Intrinsics, Pose, Vector, look_at, transform_points
+from ros_scenesense.geometry import (
+    Intrinsics,
+    Pose,
+    Vector,
+    look_at,
+    pose_of,
+    transform_points,
+)
 
 
 @dataclass(frozen=True)
 class Light:
-    """Light of a scene: direction towards the lamp, and shares of ambient and diffuse light."""
+    """Light of a scene: direction towards the lamp, shares of ambient and diffuse light, tint."""
 
     direction: Vector
     ambient: float
     diffuse: float
+    color: Vector = (1.0, 1.0, 1.0)
 
 
 def draw_light(rng: np.random.Generator) -> Light:
-    """A lamp high on the camera's side of the scene, as a room has it."""
-    azimuth = rng.uniform(math.radians(110.0), math.radians(250.0))
-    elevation = rng.uniform(math.radians(50.0), math.radians(75.0))
+    """A lamp high on the camera's side of the scene, as a room has it; warmer or colder."""
+    azimuth = rng.uniform(math.radians(85.0), math.radians(275.0))
+    elevation = rng.uniform(math.radians(40.0), math.radians(75.0))
     direction = (
         math.cos(elevation) * math.cos(azimuth),
         math.cos(elevation) * math.sin(azimuth),
         math.sin(elevation),
     )
-    return Light(direction, float(rng.uniform(0.45, 0.6)), float(rng.uniform(0.4, 0.55)))
+    ambient, diffuse = float(rng.uniform(0.42, 0.6)), float(rng.uniform(0.35, 0.55))
+    warmth = float(rng.uniform(-_WARMEST, _WARMEST))
+    return Light(direction, ambient, diffuse, (1.0 + warmth, 1.0, 1.0 - warmth))
 
 
 def renderer_intrinsics(width: int, height: int, field_of_view_deg: float) -> Intrinsics:
@@ -48,6 +58,7 @@ def frame_scene(
     pitch_rad: float,
     yaw_rad: float,
     distance_factor: float,
+    roll_rad: float = 0.0,
 ) -> Pose:
     """Pose of a camera that has everything in the image.
 
@@ -57,6 +68,7 @@ def frame_scene(
         pitch_rad: How far it looks down.
         yaw_rad: Direction it looks in, about up; 0 = along the world's x axis.
         distance_factor: 1 = as near as possible, 1.3 = 30 % farther away.
+        roll_rad: How far it is turned clockwise about its optical axis.
 
     Returns:
         Pose of the optical frame in the world.
@@ -70,21 +82,32 @@ def frame_scene(
         ]
     )
 
-    def eye_at(distance: float) -> Vector:
-        x, y, z = (float(value) for value in target - distance * forward)
-        return (x, y, z)
-
     middle: Vector = (float(target[0]), float(target[1]), float(target[2]))
-    optical = np.linalg.inv(look_at(eye_at(1.0), middle).matrix())
-    right, down, depth = transform_points(optical, corners).T
+
+    def pose_at(distance: float) -> Pose:
+        x, y, z = (float(value) for value in target - distance * forward)
+        upright = look_at((x, y, z), middle)
+        return pose_of(upright.matrix() @ _about_axis(roll_rad)) if roll_rad else upright
+
+    right, down, depth = transform_points(np.linalg.inv(pose_at(1.0).matrix()), corners).T
     tangent_x = _FILL * intrinsics.width / 2.0 / intrinsics.fx
     tangent_y = _FILL * intrinsics.height / 2.0 / intrinsics.fy
     # Seen from the distance 1 + d a corner has the depth `depth + d`.
     farther = np.maximum(np.abs(right) / tangent_x, np.abs(down) / tangent_y) - depth
     nearest = max(1.0 + float(farther.max()), _NEAREST_M)
-    return look_at(eye_at(distance_factor * nearest), middle)
+    return pose_at(distance_factor * nearest)
 
 
 # The nearest camera leaves a margin about the objects, and does not come closer than a sensor may.
 _FILL = 0.92
 _NEAREST_M = 0.35
+# By so much red is stronger than green, and blue weaker, in the warmest light.
+_WARMEST = 0.07
+
+
+def _about_axis(angle_rad: float) -> npt.NDArray[np.float64]:
+    """Transform (4, 4) that turns the optical frame clockwise about its axis."""
+    turn = np.eye(4)
+    cosine, sine = math.cos(angle_rad), math.sin(angle_rad)
+    turn[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    return turn

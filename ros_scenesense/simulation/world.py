@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,17 @@ import pybullet
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose, Quaternion
 from ros_scenesense.simulation.arrangements import Piece
-from ros_scenesense.simulation.catalogue import CatalogueItem, Color, Shape
-from ros_scenesense.simulation.shapes import collision_arguments, visual_arguments
+from ros_scenesense.simulation.backgrounds import TABLE_COLOR
+from ros_scenesense.simulation.catalogue import Catalogue, CatalogueItem, load_catalogue
+from ros_scenesense.simulation.object_files import Color, SphereSpec
+from ros_scenesense.simulation.painting import paint, read_texture
+from ros_scenesense.simulation.shapes import (
+    create_collision_shape,
+    create_visual_shape,
+    load_texture,
+)
 
 TABLE_EDGE_M = 2.0
-TABLE_COLOR = (0.45, 0.36, 0.31)
 COLORS = {
     Color.RED: (0.80, 0.12, 0.10),
     Color.GREEN: (0.10, 0.60, 0.16),
@@ -49,17 +55,22 @@ class Body:
 class World:
     """A table whose top is the plane z = 0 of the world frame, and the bodies on it.
 
+    Args:
+        catalogue: Where the forms of its bodies are; None = the shipped one.
+
     Raises:
         SimulationError: If Bullet cannot be started.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, catalogue: Catalogue | None = None) -> None:
+        self.catalogue = catalogue or load_catalogue()
         self.client = pybullet.connect(pybullet.DIRECT)
         if self.client < 0:
             raise SimulationError("no physics client is left: close engines that are not used")
         self.bodies: list[Body] = []
         self._collisions: dict[CatalogueItem, int] = {}
-        self._visuals: dict[tuple[CatalogueItem, Color], int] = {}
+        # Visual shape, and texture or -1.
+        self._visuals: dict[tuple[CatalogueItem, Color], tuple[int, int]] = {}
         # Bullet orders contacts by the history of the world unless it is told to sort them.
         pybullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, physicsClientId=self.client
@@ -71,8 +82,34 @@ class World:
         """Replaces the bodies by these; each is lowered until it touches what is below."""
         self.clear()
         for piece in pieces:
-            self.bodies.append(self._put(piece))
+            self.put(piece)
         return self.bodies
+
+    def put(self, piece: Piece) -> Body:
+        """Adds a body; it is lowered from above everything until it touches what is below."""
+        body = self._put(piece)
+        self.bodies.append(body)
+        return body
+
+    def remove(self, body: Body) -> None:
+        """Takes a body away."""
+        self.bodies.remove(body)
+        pybullet.removeBody(body.id, physicsClientId=self.client)
+
+    def keep(self) -> None:
+        """From now on every body was built where it is now, e.g. after time ran."""
+        for index, body in enumerate(self.bodies):
+            position, orientation = pybullet.getBasePositionAndOrientation(
+                body.id, physicsClientId=self.client
+            )
+            piece = replace(body.piece, x_m=position[0], y_m=position[1])
+            self.bodies[index] = Body(body.id, piece, Pose(position, orientation))
+
+    def renew(self) -> None:
+        """Makes every body anew where it was built: Bullet forgets what happened to it before."""
+        bodies = self.bodies
+        self.clear()
+        self.bodies = [replace(body, id=self._make(body.piece, body.pose)) for body in bodies]
 
     def clear(self) -> None:
         """Removes all bodies."""
@@ -159,27 +196,39 @@ class World:
         )
 
     def _put(self, piece: Piece) -> Body:
-        collision, visual = self._shape(piece.item, piece.color)
         # Above everything that is there; then lowered.
         top = sum(body.piece.item.height_m for body in self.bodies) + piece.item.height_m
         orientation = pybullet.getQuaternionFromEuler([0.0, 0.0, piece.yaw_rad])
+        body_id = self._make(piece, Pose((piece.x_m, piece.y_m, top), orientation))
+        z = self._lower(body_id, piece, top, orientation)
+        return Body(body_id, piece, Pose((piece.x_m, piece.y_m, z), orientation))
+
+    def _make(self, piece: Piece, pose: Pose) -> int:
+        """Bullet's id of a new body."""
+        form = self.catalogue.form(piece.item)
+        visual, texture = self._visual(piece.item, piece.color)
         body_id = int(
             pybullet.createMultiBody(
                 piece.item.mass_kg,
-                collision,
+                self._collision(piece.item),
                 visual,
-                [piece.x_m, piece.y_m, top],
-                orientation,
+                pose.position,
+                pose.orientation,
                 physicsClientId=self.client,
             )
         )
-        friction = {"lateralFriction": 0.8}
-        if piece.item.shape is Shape.SPHERE:
+        if texture >= 0:
+            pybullet.changeVisualShape(
+                body_id, -1, textureUniqueId=texture, physicsClientId=self.client
+            )
+        dynamics: dict[str, object] = {"lateralFriction": 0.8}
+        if isinstance(form.primitive, SphereSpec):
             # Enough to keep a sphere where it was put, too little to hold up what is put on it.
-            friction |= {"rollingFriction": 0.0003}
-        pybullet.changeDynamics(body_id, -1, **friction, physicsClientId=self.client)
-        z = self._lower(body_id, piece, top, orientation)
-        return Body(body_id, piece, Pose((piece.x_m, piece.y_m, z), orientation))
+            dynamics["rollingFriction"] = 0.0003
+        if form.inertia is not None:
+            dynamics["localInertiaDiagonal"] = (piece.item.mass_kg * form.inertia).tolist()
+        pybullet.changeDynamics(body_id, -1, **dynamics, physicsClientId=self.client)
+        return body_id
 
     def _lower(self, body: int, piece: Piece, z: float, orientation: Quaternion) -> float:
         """Conservative advancement: down by the distance to the nearest thing until it touches.
@@ -201,25 +250,29 @@ class World:
         points = pybullet.getClosestPoints(body, other, 10.0, physicsClientId=self.client)
         return min((float(point[8]) for point in points), default=math.inf)
 
-    def _shape(self, item: CatalogueItem, color: Color) -> tuple[int, int]:
-        """Ids of the collision and of the visual shape, each made once."""
+    def _collision(self, item: CatalogueItem) -> int:
+        """Id of the collision shape, made once."""
         if item not in self._collisions:
-            arguments = collision_arguments(item)
-            self._collisions[item] = int(
-                pybullet.createCollisionShape(**arguments, physicsClientId=self.client)
-            )
+            form = self.catalogue.form(item)
+            self._collisions[item] = create_collision_shape(form, self.client)
+        return self._collisions[item]
+
+    def _visual(self, item: CatalogueItem, color: Color) -> tuple[int, int]:
+        """Ids of the visual shape and of its texture (-1 = none), each made once."""
         if (item, color) not in self._visuals:
-            self._visuals[item, color] = int(
-                pybullet.createVisualShape(
-                    **visual_arguments(item),
-                    rgbaColor=[*COLORS[color], 1.0],
-                    specularColor=[0.1, 0.1, 0.1],
-                    physicsClientId=self.client,
-                )
-            )
-        return self._collisions[item], self._visuals[item, color]
+            looks = self.catalogue.looks(item)
+            texture, rgb = -1, COLORS[color]
+            if looks.texture is not None:
+                texture, rgb = load_texture(read_texture(looks.texture), self.client), _UNTINTED
+            elif looks.marks or any(looks.plain):
+                image = paint(rgb, looks.marks, looks.plain)
+                texture, rgb = load_texture(image, self.client), _UNTINTED
+            shape = create_visual_shape(self.catalogue.form(item), [*rgb, 1.0], self.client)
+            self._visuals[item, color] = (shape, texture)
+        return self._visuals[item, color]
 
 
+_UNTINTED = (1.0, 1.0, 1.0)
 _TABLE_THICKNESS_M = 0.1
 _OUT_OF_SIGHT = np.array([0.0, 0.0, -50.0])
 _CONTACT_GAP_M = 0.0002

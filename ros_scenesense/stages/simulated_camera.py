@@ -1,12 +1,14 @@
 """The simulated RGB-D camera: shows scenes, paces itself by the estimates, gives none up silently.
 
 At most `in_flight` scenes wait for their estimates. A scene whose estimate does not come is shown
-again with the same `scene_id`, and reported as lost after the last attempt.
+again with the same `scene_id`, and reported as lost after the last attempt. While an episode is
+open nothing new is shown but the effects of the robot's actions.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import secrets
 import time
 from collections import deque
@@ -16,63 +18,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ros_scenesense.messages.actions import Action
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
-from ros_scenesense.parameters import parameter
-from ros_scenesense.simulation.engine import (
-    SimulatedScene,
-    SimulationConfiguration,
-    SimulationEngine,
+from ros_scenesense.simulation.engine import SimulatedScene
+from ros_scenesense.stages.camera_engine import (
+    CameraEngine,
+    PlayingEngine,
+    SimulatedCameraConfiguration,
 )
+from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
 from ros_scenesense.stages.state_file import IN_MEMORY
 
-
-@dataclass(frozen=True)
-class SimulatedCameraConfiguration(SimulationConfiguration):
-    """Parameters of the camera node: those of the simulation, and pacing."""
-
-    seed: int = parameter(0, "seed of all scenes; same seed, same scenes", minimum=0)
-    scenes: int = parameter(0, "scenes to show in a session; 0 = without end", minimum=0)
-    mode: str = parameter(
-        "testing",
-        "training: labels may be learned from; testing: they only evaluate",
-        choices=("training", "testing"),
-    )
-    autostart: bool = parameter(
-        True, "show scenes by itself; else one for each call of the service next_scene"
-    )
-    in_flight: int = parameter(
-        2, "scenes that may wait for their estimates at once", minimum=1, maximum=32
-    )
-    resend_s: float = parameter(
-        5.0, "seconds without an estimate after which a scene is shown again", minimum=0.1
-    )
-    attempts: int = parameter(4, "times a scene is shown before it is lost", minimum=1)
-    session: str = parameter(
-        "", "first part of every scene_id; a session that exists is continued, empty = a new one"
-    )
-    state_dir: str = parameter("", "folder of camera.db; empty = nothing is remembered")
-
-
-class CameraEngine:
-    """The simulation, with the time that each scene took."""
-
-    def __init__(self, configuration: SimulationConfiguration) -> None:
-        self._simulation = SimulationEngine(configuration)
-
-    def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:
-        """Renders and labels a scene; returns it with the seconds spent."""
-        start = time.perf_counter()
-        scene = self._simulation.scene(seed, number)
-        return scene, time.perf_counter() - start
-
-    def close(self) -> None:
-        """Disconnects from the physics engine."""
-        self._simulation.close()
+__all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
 
 
 @dataclass
@@ -83,11 +45,15 @@ class _Shown:
 
 
 class SimulatedCameraStage:
-    """Shows simulated scenes with their labels.
+    """Shows simulated scenes with their labels, and the effects of actions in them.
 
     Attributes:
         audience: Whether somebody takes the images; nothing is shown before. Nodes set it.
         session: First part of the scene ids.
+
+    Raises:
+        DatasetError: If a dataset is to be shown, and the folder is none.
+        StateError: If camera.db cannot be used.
     """
 
     def __init__(self, configuration: SimulatedCameraConfiguration) -> None:
@@ -99,22 +65,36 @@ class SimulatedCameraStage:
         self._ledger = SceneLedger(
             Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
         )
+        self._dataset = Path(configuration.dataset).expanduser() if configuration.dataset else None
+        self._length = math.inf if self._dataset is None else _length_of(self._dataset)
+        self._episodes = Episodes(
+            self._ledger,
+            configuration.seed,
+            configuration.episode_timeout_s,
+            self.health,
+            playing=self._dataset is not None,
+        )
         self._begin(configuration.session or new_session())
 
     def engine(self) -> Callable[[], Any] | None:
-        """A factory of the simulation."""
+        """A factory of the simulation, or of the reader of a dataset."""
+        if self._dataset is not None:
+            return partial(PlayingEngine, self._dataset)
         return partial(CameraEngine, self.configuration)
 
     def start(self, now_ns: int) -> list[Outgoing]:
-        """Nothing is published before a scene is rendered."""
-        del now_ns
+        """Goes on with the episode of before; nothing is published before a scene is rendered."""
+        if self._last is not None and self._ledger.step(self.session, self._last) is not None:
+            self._episodes.open(now_ns)
         return []
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `estimates`: the scene is settled.
+        """Takes `estimates`: the scene is settled. Takes `action`: it is executed or refused.
 
-        After a restart they may come (latched) before the scene is shown again.
+        After a restart estimates may come (latched) before the scene is shown again.
         """
+        if isinstance(item, Action):
+            return [*self._episodes.take(item, self._shown_last(), now_ns)]
         if not isinstance(item, Estimates):
             return []
         number = self._number(item.scene_id)
@@ -132,6 +112,7 @@ class SimulatedCameraStage:
 
     def tick(self, now_ns: int) -> list[Outgoing]:
         """Shows again what was not answered; gives up after the last attempt."""
+        self._episodes.tick(now_ns)
         outgoing = self._show_rendered(now_ns)
         for number, shown in list(self._shown.items()):
             if now_ns - shown.shown_ns <= self.configuration.resend_s * 1e9:
@@ -147,8 +128,8 @@ class SimulatedCameraStage:
         return outgoing
 
     def jobs(self) -> list[Job]:
-        """Rendering of as many scenes as may be under way."""
-        jobs = []
+        """The action that is to be executed; rendering of as many scenes as may be under way."""
+        jobs = self._episodes.jobs()
         while (
             len(self._rendering) + len(self._rendered) + len(self._shown)
             < self.configuration.in_flight
@@ -158,11 +139,13 @@ class SimulatedCameraStage:
                 break
             self._ledger.record(self.session, number, "open")
             self._rendering.add(number)
-            jobs.append(Job(self._scene_id(number), "scene", (self.configuration.seed, number)))
+            jobs.append(self._rendering_job(number))
         return jobs
 
     def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
-        """Takes a rendered scene; shows it once somebody looks."""
+        """Takes a rendered scene, or the effect of an action; shows it once somebody looks."""
+        if job.method == "act":
+            return self._acted(job, result, now_ns)
         number = self._number(job.key)
         if (
             number is None or number not in self._rendering
@@ -180,14 +163,15 @@ class SimulatedCameraStage:
         ]
 
     def next_scene(self, now_ns: int) -> list[Outgoing]:
-        """Asks for one more scene than the camera would show by itself."""
+        """Asks for one more scene than the camera would show by itself; ends an episode."""
         del now_ns
+        self._episodes.close()
         self._asked += 1
         return []
 
     def reset(self, now_ns: int) -> list[Outgoing]:
         """Begins a new session at scene 0; the open scenes of the old one are lost."""
-        lost: list[Outgoing] = []
+        lost: list[Outgoing] = [*self._episodes.abandon("the camera was reset")]
         for number in sorted(self._open_numbers()):
             attempts = self._shown[number].attempts if number in self._shown else 0
             lost.append(self._lose(number, attempts, "the camera was reset", now_ns))
@@ -202,6 +186,7 @@ class SimulatedCameraStage:
         self.session = session
         self._unfinished = deque(self._ledger.open_scenes(session))
         self._fresh = self._ledger.next_number(session)
+        self._last = self._fresh - 1 if self._fresh else None
         self._asked = 0
         self._rendering: set[int] = set()
         self._failures: dict[int, int] = {}
@@ -221,24 +206,49 @@ class SimulatedCameraStage:
     def _next_number(self) -> int | None:
         if self._unfinished:
             return self._unfinished.popleft()
+        if self._fresh >= self._length:
+            return None
         limit = self.configuration.scenes
-        wanted = self._asked > 0 or (
-            self.configuration.autostart and (limit == 0 or self._fresh < limit)
-        )
+        by_itself = self.configuration.autostart and not self._episodes.is_open
+        wanted = self._asked > 0 or (by_itself and (limit == 0 or self._fresh < limit))
         if not wanted:
             return None
         self._asked = max(0, self._asked - 1)
         self._fresh += 1
         return self._fresh - 1
 
+    def _rendering_job(self, number: int) -> Job:
+        story = self._episodes.story(self.session, number)
+        if story.actions:
+            return Job(self._scene_id(number), "replay", (story,))
+        return Job(self._scene_id(number), "scene", (self.configuration.seed, number))
+
+    def _acted(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
+        answers, scene = self._episodes.finish(job, result, self._fresh, now_ns)
+        if scene is None:
+            return [*answers]
+        self._rendered.append((self._fresh, scene))
+        self._fresh += 1
+        timing = Timing("simulated_camera/act", result[2] * 1e3)
+        return [*answers, timing, *self._show_rendered(now_ns)]
+
+    def _shown_last(self) -> Place | None:
+        if self._last is None:
+            return None
+        return Place(self.session, self._last, self._scene_id(self._last))
+
     def _show_rendered(self, now_ns: int) -> list[Outgoing]:
         outgoing: list[Outgoing] = []
-        while self.audience and self._rendered:
-            number, scene = self._rendered.popleft()
+        for number, scene in list(self._rendered):
+            step = self._ledger.step(self.session, number)
+            if not self.audience or (step is None and self._episodes.is_open):
+                continue
+            self._rendered.remove((number, scene))
             # Two scenes of one session must never share a stamp: images are joined on it.
             self._last_stamp_ns = max(now_ns, self._last_stamp_ns + 1)
             messages = self._messages(number, scene, self._last_stamp_ns)
             self._shown[number] = _Shown(messages, now_ns, attempts=1)
+            self._last = number
             self.health.count("scenes_shown")
             outgoing.extend(messages)
         return outgoing
@@ -247,6 +257,7 @@ class SimulatedCameraStage:
         stamp = Stamp.of(stamp_ns)
         scene_id = self._scene_id(number)
         training = self.configuration.mode == "training"
+        step = self._ledger.step(self.session, number)
         return [
             Scene(
                 stamp=stamp,
@@ -254,6 +265,9 @@ class SimulatedCameraStage:
                 mode="training" if training else "testing",
                 objects=scene.objects,
                 camera_pose=scene.frame.camera_pose,
+                episode_id=step.episode_id if step is not None else None,
+                step=step.count if step is not None else 0,
+                in_hand=self._episodes.story(self.session, number).in_hand,
             ),
             Labels(
                 stamp=stamp,
@@ -297,3 +311,10 @@ class SimulatedCameraStage:
 def new_session() -> str:
     """A name for a session that no other one has."""
     return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
+
+
+def _length_of(dataset: Path) -> int:
+    # A camera that simulates needs nothing of this.
+    from ros_scenesense.simulation.dataset.folder import DatasetFolder
+
+    return DatasetFolder(dataset).read_metadata().count

@@ -7,6 +7,7 @@ never silently replaced; one of a newer release is refused.
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from pathlib import Path
 
 from ros_scenesense.errors import StateError
@@ -15,7 +16,9 @@ from ros_scenesense.stages.health import Health
 IN_MEMORY = Path(":memory:")
 
 
-def open_state_file(path: Path, schema: str, version: int, health: Health) -> sqlite3.Connection:
+def open_state_file(
+    path: Path, schema: str, version: int, health: Health, migrations: Sequence[str] = ()
+) -> sqlite3.Connection:
     """Opens or creates a state file.
 
     Args:
@@ -23,14 +26,16 @@ def open_state_file(path: Path, schema: str, version: int, health: Health) -> sq
         schema: SQL that creates the tables of an empty file.
         version: Version of that schema, kept in the file.
         health: Gets a problem if a broken file had to be set aside.
+        migrations: SQL that lifts a file of the versions before by one each, the last of them to
+            `version`; a file that is older than all of them is refused.
 
     Raises:
-        StateError: If the folder cannot be written, or the file is of another version.
+        StateError: If the folder cannot be written, or the file is of a version that is not read.
     """
     try:
         if path != IN_MEMORY:
             path.parent.mkdir(parents=True, exist_ok=True)
-        return _open(path, schema, version)
+        return _open(path, schema, version, migrations)
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError) or path == IN_MEMORY:
             raise StateError(f"{path} cannot be opened: {error}") from error
@@ -38,25 +43,26 @@ def open_state_file(path: Path, schema: str, version: int, health: Health) -> sq
         health.problem(
             "state_set_aside", f"{path} is damaged ({error}): kept as {broken}, started afresh"
         )
-        return _open(path, schema, version)
+        return _open(path, schema, version, migrations)
     except OSError as error:
         raise StateError(
             f"{path.parent} cannot be made: {error}; choose another state folder"
         ) from error
 
 
-def _open(path: Path, schema: str, version: int) -> sqlite3.Connection:
+def _open(path: Path, schema: str, version: int, migrations: Sequence[str]) -> sqlite3.Connection:
     connection = sqlite3.connect(path, timeout=5.0)
     try:
         found = connection.execute("PRAGMA user_version").fetchone()[0]
-        if found not in (0, version):
+        if found != 0 and not version - len(migrations) <= found <= version:
             raise StateError(f"{path} has schema version {found}, this release reads {version}")
         check = connection.execute("PRAGMA quick_check").fetchone()[0]
         if check != "ok":
             raise sqlite3.DatabaseError(check)
         connection.execute("PRAGMA journal_mode=WAL")
-        if found == 0:
-            connection.executescript(f"BEGIN; {schema} PRAGMA user_version={version}; COMMIT;")
+        if found != version:
+            steps = schema if found == 0 else " ".join(migrations[found - version :])
+            connection.executescript(f"BEGIN; {steps} PRAGMA user_version={version}; COMMIT;")
     except BaseException:
         connection.close()
         raise

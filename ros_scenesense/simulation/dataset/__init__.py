@@ -1,0 +1,1 @@
+"""Datasets of simulated scenes on disk: made, resumed, verified, read, counted and shown."""
