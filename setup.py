@@ -66,6 +66,8 @@ setup(
     extras_require={
         # ROS 2 Jazzy for machines that have none; whoever has it from apt does not need these.
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
+        # `scenesense dataset generate --cluster`
+        "cluster": ["distributed"],
         "test": ["hypothesis", "mypy", "pytest", "ruff"],
     },
     entry_points={

@@ -1,6 +1,7 @@
 """What the packaging files promise agrees with the code: names, versions, modules, data."""
 
 import ast
+import itertools
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -17,6 +18,8 @@ PACKAGE = SOURCE / "ros_scenesense"
 ROS_MODULES = {name.partition(".")[0] for name in examination.ROS_PACKAGES} | {"rclpy"}
 # Comes with a full ROS 2 only; everything works without it.
 OPTIONAL_MODULES = {"tf2_msgs"}
+# Distributions of the optional extras, of the same name as their modules.
+EXTRAS = ("cluster",)
 
 
 @pytest.fixture(scope="module")
@@ -81,8 +84,9 @@ def test_every_folder_with_code_is_a_package():
     assert [folder for folder in folders if not (folder / "__init__.py").is_file()] == []
 
 
-def test_everything_imported_is_declared():
+def test_everything_imported_is_declared(setup_words):
     declared = set(examination.DEPENDENCIES.values()) | {"torch"} | ROS_MODULES | OPTIONAL_MODULES
+    declared |= {module for extra in EXTRAS for module in setup_words["extras_require"][extra]}
     # Comes with pybullet.
     assert modules_imported_by_the_package() - declared - {"pybullet_data"} == set()
 
@@ -99,8 +103,8 @@ def test_ros_modules_are_dependencies_of_the_ros_package(manifest):
 
 
 def test_lock_holds_every_direct_dependency(locked, setup_words):
-    extras = setup_words["extras_require"]
-    direct = setup_words["install_requires"] + extras["ros"] + extras["test"]
+    extras = setup_words["extras_require"].values()
+    direct = [*setup_words["install_requires"], *itertools.chain.from_iterable(extras)]
     assert {normalized(name_of(requirement)) for requirement in direct} <= set(locked)
     for requirement in direct:
         if "==" in requirement:

@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 
 [ ! -f requirements.lock ] || cp requirements.lock "$work/"
 "$work/venv/bin/uv" --quiet --config-file tools/lock.toml pip compile --python "$work/venv/bin/python" \
-    --universal --python-version 3.11 --extra ros --extra test --no-annotate --no-header "$@" \
+    --universal --python-version 3.11 --extra ros --extra cluster --extra test --no-annotate --no-header "$@" \
     --output-file "$work/requirements.lock" setup.py >/dev/null
 {
     cat <<'HEADER'

@@ -165,7 +165,10 @@ _LARGEST_OVERLAP_OFFSET = 0.75
 _IN_LINE_SHARE = 0.5
 _GAP_IN_LINE_M = (0.02, 0.04)
 _GAP_BESIDE_M = (0.02, 0.10)
-_OUT_OF_LINE_M = 0.02
+_OUT_OF_LINE_M = 0.015
+# Of two in line this share has the lower one behind, where much of it is hidden: else a pitcher
+# behind a duck would make what is behind something often hardly occluded.
+_LOWER_BEHIND_SHARE = 0.65
 _LEAST_GAP_M = 0.02
 
 _SIZE_RANK = {Size.LARGE: 0, Size.MEDIUM: 1, Size.SMALL: 2}
@@ -231,7 +234,11 @@ def _draw_neighbour(
     gap = rng.uniform(*(_GAP_IN_LINE_M if in_line else _GAP_BESIDE_M))
     distance = anchor.item.radius_m + piece.item.radius_m + gap
     out_of_line = rng.uniform(-_OUT_OF_LINE_M, _OUT_OF_LINE_M)
-    side = float(rng.choice([-1.0, 1.0]))
+    share = 0.5
+    if in_line:
+        lower = piece.item.height_m < anchor.item.height_m
+        share = _LOWER_BEHIND_SHARE if lower else 1.0 - _LOWER_BEHIND_SHARE
+    side = 1.0 if rng.random() < share else -1.0
     # Along the viewer's line of sight, then to its left.
     along, left = (side * distance, out_of_line) if in_line else (out_of_line, side * distance)
     cosine, sine = math.cos(view_yaw_rad), math.sin(view_yaw_rad)

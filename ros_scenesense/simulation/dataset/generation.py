@@ -10,7 +10,7 @@ import fcntl
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import msgspec
@@ -29,7 +29,11 @@ Report = Callable[[int, int], None]
 
 
 def generate(
-    path: Path, metadata: Metadata, jobs: int = 1, report: Report = lambda _done, _count: None
+    path: Path,
+    metadata: Metadata,
+    jobs: int = 1,
+    report: Report = lambda _done, _count: None,
+    cluster: str | None = None,
 ) -> int:
     """Makes the scenes of a dataset that are missing or broken.
 
@@ -39,15 +43,19 @@ def generate(
         jobs: Number of worker processes; 1 works in this process, which then grows by some
             kilobytes per scene.
         report: Told of the progress.
+        cluster: Address of the scheduler of a Dask cluster, whose workers then do the work.
 
     Returns:
         Number of scenes that were made.
 
     Raises:
-        DatasetError: If the folder holds something else, is in use, or cannot be written.
+        DatasetError: If the folder holds something else, is in use, or cannot be written; if the
+            workers or the cluster fail.
         SimulationError: If a scene cannot be made.
     """
-    return write_missing(path, metadata, lambda indices: _made(metadata, indices, jobs), report)
+    return write_missing(
+        path, metadata, lambda indices: _made(metadata, indices, jobs, cluster), report
+    )
 
 
 def write_missing(
@@ -111,8 +119,13 @@ def _engine_of_worker(configuration: SimulationConfiguration) -> SimulationEngin
     return SimulationEngine(configuration)
 
 
-def _made(metadata: Metadata, indices: Sequence[int], jobs: int) -> Iterator[MadeScene]:
+def _made(
+    metadata: Metadata, indices: Sequence[int], jobs: int, cluster: str | None
+) -> Iterator[MadeScene]:
     """The scenes in the order of the indices."""
+    if cluster is not None:
+        yield from _made_on_cluster(metadata, indices, cluster)
+        return
     if jobs == 1:
         with closing(SimulationEngine(metadata.configuration)) as engine:
             for index in indices:
@@ -123,13 +136,22 @@ def _made(metadata: Metadata, indices: Sequence[int], jobs: int) -> Iterator[Mad
         yield from _made_by_workers(metadata, indices[first : first + share], jobs)
 
 
+def _made_on_cluster(
+    metadata: Metadata, indices: Sequence[int], address: str
+) -> Iterator[MadeScene]:
+    from ros_scenesense.simulation.dataset.cluster import run_on_cluster
+
+    parts = _parts(indices, _SCENES_PER_JOB)
+    for part in run_on_cluster(address, partial(make_scenes, metadata), parts, metadata.versions):
+        yield from part
+
+
 def _made_by_workers(metadata: Metadata, indices: Sequence[int], jobs: int) -> Iterator[MadeScene]:
     from joblib import Parallel, delayed
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import BrokenProcessPool
 
-    size = min(_SCENES_PER_JOB, -(-len(indices) // jobs))
-    parts = [indices[first : first + size] for first in range(0, len(indices), size)]
+    parts = _parts(indices, min(_SCENES_PER_JOB, -(-len(indices) // jobs)))
     parallel = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="2*n_jobs", batch_size=1)
     try:
         for part in parallel(delayed(make_scenes)(metadata, part) for part in parts):
@@ -141,6 +163,10 @@ def _made_by_workers(metadata: Metadata, indices: Sequence[int], jobs: int) -> I
         ) from error
     finally:
         get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
+def _parts(indices: Sequence[int], size: int) -> list[Sequence[int]]:
+    return [indices[first : first + size] for first in range(0, len(indices), size)]
 
 
 def _prepare(folder: DatasetFolder, metadata: Metadata) -> dict[int, tuple[bytes, bytes]]:

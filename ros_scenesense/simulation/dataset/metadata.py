@@ -15,6 +15,7 @@ from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
 from ros_scenesense.simulation.dataset.plan import Draw
 from ros_scenesense.simulation.engine import SimulationConfiguration
 from ros_scenesense.simulation.occlusion import NOT_OCCLUDED_FROM, OCCLUDED_BELOW
+from ros_scenesense.simulation.relations import FAR_M, TOUCHING_M
 from ros_scenesense.simulation.stability import JITTER_M, REPETITIONS, UNSTABLE_DISPLACEMENT_M
 
 DEFINITIONS = {
@@ -29,6 +30,12 @@ DEFINITIONS = {
     "what it carries were there",
     "occluded": f"true if visible_fraction < {OCCLUDED_BELOW:g}, false from "
     f"{NOT_OCCLUDED_FROM:g} on, else ambiguous",
+    "hidden": "share of the pixels, visible if only the object and what it carries were there, "
+    "that another object covers",
+    "relations": "of every pair, by hulls and contacts, in the viewer's gravity-up frame; the "
+    f"meshes of touching objects are at most {TOUCHING_M:g} m apart, those of far ones at least "
+    f"{FAR_M:g} m; ambiguous where a careful person may doubt",
+    "background": "number of the images on table and wall; 0 = plain",
     "structure": "maximal stack; unstable if one member surely is, stable if all surely are, "
     "else ambiguous",
 }
@@ -98,19 +105,23 @@ def describe(configuration: SimulationConfiguration, options: DatasetOptions) ->
     for part in (configuration, options):
         for declared in parameters_of(type(part)):
             declared.check(getattr(part, declared.name))
-    versions = {
-        "ros_scenesense": ros_scenesense.__version__,
-        **{name: distributions.version(name) for name in ("numpy", "pybullet")},
-        "opencv": cv2.__version__,
-    }
     return Metadata(
         seed=options.seed,
         count=options.count,
         draw=Draw(options.draw),
         configuration=configuration,
-        versions=versions,
+        versions=installed_versions(),
         definitions=DEFINITIONS,
     )
+
+
+def installed_versions() -> dict[str, str]:
+    """Versions of the programs here that decide about the bytes of a dataset."""
+    return {
+        "ros_scenesense": ros_scenesense.__version__,
+        **{name: distributions.version(name) for name in ("numpy", "pybullet")},
+        "opencv": cv2.__version__,
+    }
 
 
 def _flat(metadata: Metadata) -> dict[str, object]:
