@@ -7,7 +7,7 @@ import pytest
 from demo_samples import INFO, parts, run
 from test_demo_view import console, printed
 
-from ros_scenesense.bench import decisions, graph, steps
+from ros_scenesense.bench import datasets, decisions, graph, steps
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.bench.suite import GROUPS, Group, run_suite
 from ros_scenesense.cli import bench as command
@@ -39,6 +39,9 @@ def test_a_ratio_of_one_and_more_reaches_the_target():
     assert DELAY.ratio(20.0) == 0.5
     assert DELAY.ratio(0.0) == float("inf")
     assert SHARE.ratio(0.5) is None
+    between = Figure("between", "neither rare nor sure", at_least=0.5, at_most=0.8)
+    assert between.target == "0.5 to 0.8"
+    assert [between.ratio(value) for value in (0.25, 0.5, 0.8, 1.0)] == [0.5, 1.0, 1.0, 0.8]
 
 
 def test_the_suite_puts_figures_beside_their_targets(result):
@@ -161,3 +164,14 @@ def test_strict_decisions_agree_with_physics():
     for task in ("stability", "occlusion", "structure_stability"):
         assert measured.figures[f"{task}_strict_accuracy"] >= 0.95
         assert 0.0 < measured.figures[f"{task}_decided_share"] <= 1.0
+
+
+def test_datasets_are_measured(monkeypatch):
+    monkeypatch.setattr(datasets.os, "sched_getaffinity", lambda _: {0})
+    measured = datasets.measure(QUICK)
+    assert set(measured.figures) <= {figure.name for figure in datasets.FIGURES}
+    assert measured.figures["images_per_s"] > 0.0
+    assert measured.figures["share_of_limit"] > 0.0
+    for name in ("label_agreement", "p_stable_not_above", "p_not_occluded_not_behind_natural"):
+        assert measured.figures[name] >= 0.9
+    assert [len(table.rows) for table in measured.tables.values()] == [8, 8]

@@ -351,6 +351,18 @@ def test_situations_are_those_of_the_axioms() -> None:
     assert [one.large_on_small for one in (base, duck, top, far)] == [False, True, False, False]
 
 
+def test_what_is_in_a_container_does_not_stand_on_its_surface() -> None:
+    record = record_with(
+        [known("mug", "small", "irregular"), known("ball")],
+        [labelled(Truth.TRUE, name=name) for name in ("mug", "ball")],
+        [("ball", "mug")],
+        [("in", "ball", "mug")],
+    )
+    ball = situations(record)[1]
+    assert (ball.irregular_below, ball.small_base, ball.above) == (False, False, False)
+    assert ball.tower_height == 1
+
+
 def test_truth_of_the_axioms_is_a_share_of_the_unambiguous() -> None:
     records = [
         record_with(
@@ -368,6 +380,8 @@ def test_truth_of_the_axioms_is_a_share_of_the_unambiguous() -> None:
     assert found.figures["p_not_occluded_not_behind"] == 1.0
     assert "p_unstable_tower_above_4" not in found.figures
     assert found.figures["share_stable_ambiguous"] == 0.1
+    assert found.figures["pairs_above"] == found.figures["pairs_not_touching"] == 5
+    assert found.figures["pairs_in"] == 0
 
 
 def command(*words: object) -> int:

@@ -94,13 +94,16 @@ def write_ply(path: Path, edge: float, encoding: str) -> None:
 
 
 def test_the_papers_nine_kinds_are_there() -> None:
-    kinds = {item.shape for item in CATALOGUE.values()}
+    kinds = {item.shape for item in CATALOGUE.values() if not item.relations_only}
     assert kinds == {"cube", "cylinder", "sphere", "duck", *YCB}
+    containers = {item.shape for item in CATALOGUE.values() if item.relations_only}
+    assert containers == {"box", "tray"}
 
 
 def test_items_have_sensible_sizes_and_masses() -> None:
     for item in CATALOGUE.values():
-        assert 0.03 < item.width_m <= item.height_m * 2.0 < 0.5
+        assert 0.03 < item.width_m <= item.height_m * (4.0 if item.is_open else 2.0)
+        assert item.height_m < 0.25
         assert 0.01 < item.mass_kg < 1.0
         assert item.radius_m >= item.width_m / 2.0 - 1e-9
 
@@ -238,6 +241,21 @@ def test_a_cavity_must_fit(tmp_path: Path, inside: str, words: str) -> None:
     form = f"revolved: {{outside_m: [[0.05, 0.0], [0.05, 0.1]], inside_m: {inside}}}"
     with pytest.raises(SimulationError, match=rf"inside_m.*{words}"):
         load_file(tmp_path, TIN.replace("cylinder: {diameter_m: 0.06, height_m: 0.08}", form))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("box: {size_m: [0.1, 0.1, 0.02], wall_m: 0.01}", r"wall_m must be less than half"),
+        (
+            "marks: [{color: '#ffffff'}]\n  box: {size_m: [0.1, 0.1, 0.1], wall_m: 0.01}",
+            r"marks are painted on massive boxes",
+        ),
+    ],
+)
+def test_an_open_box_must_have_room_and_no_marks(tmp_path: Path, more: str, words: str) -> None:
+    with pytest.raises(SimulationError, match=words):
+        load_file(tmp_path, TIN.replace("cylinder: {diameter_m: 0.06, height_m: 0.08}", more))
 
 
 def test_missing_folders_are_named(tmp_path: Path) -> None:

@@ -1,24 +1,37 @@
-"""How fast datasets are made, how near that is to the limit, and whether their labels last."""
+"""How fast datasets are made, how near that is to the limit, and how true their labels are."""
 
 from __future__ import annotations
 
 import os
 import tempfile
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
+from ros_scenesense.results import Table
 from ros_scenesense.simulation.dataset.agreement import label_agreement
 from ros_scenesense.simulation.dataset.generation import generate
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
+from ros_scenesense.simulation.dataset.plan import Draw
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.dataset.record import SceneRecord
+from ros_scenesense.simulation.dataset.statistics import Statistics, statistics
 from ros_scenesense.simulation.engine import SimulationConfiguration
 from ros_scenesense.simulation.stability import stability
 from ros_scenesense.simulation.view import draw_light
 
+_AXIOMS = {
+    "p_stable_not_above": ("what is not above anything is stable", 0.99, None),
+    "p_unstable_irregular_below": ("what has an irregular surface below is unstable", 0.97, None),
+    "p_not_occluded_not_behind": ("what is not behind anything is not occluded", 0.99, None),
+    "p_unstable_small_base": ("what has a small base is unstable", 0.70, 0.95),
+    "p_unstable_tower_above_4": ("what is higher than fourth in a tower is unstable", 0.70, 0.95),
+}
 FIGURES = (
     Figure(
         "images_per_s",
@@ -28,8 +41,8 @@ FIGURES = (
     ),
     Figure(
         "share_of_limit",
-        "the same, as a share of what the cores could do if every scene were drawn rightly at once "
-        "and only its pictures and its physics took time",
+        "the same, as a share of what as many processes could do if every scene were drawn rightly "
+        "at once and only its pictures and its physics took time",
         at_least=0.6,
     ),
     Figure(
@@ -37,31 +50,72 @@ FIGURES = (
         "share of the stability labels that are the same when they are made twice",
         at_least=0.99,
     ),
+    *(
+        Figure(name + suffix, f"share of objects, {draw} draw: {words}", least, most)
+        for draw, suffix in ((Draw.BALANCED, ""), (Draw.NATURAL, "_natural"))
+        for name, (words, least, most) in _AXIOMS.items()
+    ),
 )
 
 
 def measure(options: BenchOptions) -> Measured:
-    """Makes a dataset in a temporary folder, and repeats the least work on some of its scenes."""
-    count, sample = (20, 10) if options.quick else (360, 90)
+    """Makes datasets in a temporary folder, and repeats the least work on some of their scenes."""
+    count, natural_count, sample = (12, 6, 6) if options.quick else (360, 160, 120)
     jobs = len(os.sched_getaffinity(0))
-    metadata = describe(SimulationConfiguration(), DatasetOptions(count=count, seed=options.seed))
-    with tempfile.TemporaryDirectory(prefix="scenesense-") as folder:
-        start = time.perf_counter()
-        generate(Path(folder, "dataset"), metadata, jobs)
-        images_per_s = count / (time.perf_counter() - start)
-        reader = DatasetReader(Path(folder, "dataset"))
-        records = [reader.record(i * count // sample) for i in range(sample)]
+    balanced = _made(Draw.BALANCED, count, options.seed, jobs)
+    natural = _made(Draw.NATURAL, natural_count, options.seed, jobs)
+    chosen = [balanced.records[i * count // sample] for i in range(sample)]
+    seconds = _side_by_side(lambda part: _least_seconds(part, balanced.metadata), chosen, jobs)
+    found = _side_by_side(lambda part: label_agreement(part, options.seed), chosen, jobs)
+    kept = sum(agreement.kept for agreement in found)
     figures = {
-        "images_per_s": images_per_s,
-        "share_of_limit": images_per_s / (jobs / _least_seconds(records, metadata)),
+        "images_per_s": balanced.images_per_s,
+        "share_of_limit": balanced.images_per_s / sum(1.0 / one for one in seconds),
+        "label_agreement": sum(agreement.agreed for agreement in found) / kept,
     }
-    agreement = label_agreement(records, options.seed).share
-    if agreement is not None:
-        figures["label_agreement"] = agreement
-    return Measured(figures)
+    tables = {}
+    for suffix, made in (("", balanced), ("_natural", natural)):
+        truth = statistics(made.records)
+        figures |= {n + suffix: truth.figures[n] for n in _AXIOMS if n in truth.figures}
+        title = f"Axioms in physics, {made.metadata.draw} draw, {made.metadata.count} scenes"
+        tables[title] = _table(truth)
+    return Measured(figures, tables)
 
 
-def _least_seconds(records: list[SceneRecord], metadata: Metadata) -> float:
+@dataclass(frozen=True)
+class _Made:
+    """A dataset that was made, and how fast."""
+
+    metadata: Metadata
+    records: list[SceneRecord]
+    images_per_s: float
+
+
+def _made(draw: Draw, count: int, seed: int, jobs: int) -> _Made:
+    options = DatasetOptions(count=count, seed=seed, draw=str(draw))
+    metadata = describe(SimulationConfiguration(), options)
+    with tempfile.TemporaryDirectory(prefix="scenesense-") as folder:
+        path = Path(folder, "dataset")
+        start = time.perf_counter()
+        generate(path, metadata, jobs)
+        seconds = time.perf_counter() - start
+        return _Made(metadata, list(DatasetReader(path).records()), count / seconds)
+
+
+Found = TypeVar("Found")
+
+
+def _side_by_side(
+    function: Callable[[Sequence[SceneRecord]], Found], records: Sequence[SceneRecord], jobs: int
+) -> list[Found]:
+    """What the function finds in each of as many parts as there are processes."""
+    from joblib import Parallel, delayed
+
+    parts = [records[first::jobs] for first in range(min(jobs, len(records)))]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(part) for part in parts))
+
+
+def _least_seconds(records: Sequence[SceneRecord], metadata: Metadata) -> float:
     """Mean time per scene for the calls of physics and renderer that its truth needs."""
     from ros_scenesense.simulation.camera import Camera
     from ros_scenesense.simulation.world import World
@@ -87,3 +141,8 @@ def _least_seconds(records: list[SceneRecord], metadata: Metadata) -> float:
             seconds = (time.perf_counter() - start) / len(records)
     world.close()
     return seconds
+
+
+def _table(truth: Statistics) -> Table:
+    columns, rows = truth.tables["Axioms in physics"]
+    return Table(columns=columns, rows=rows)

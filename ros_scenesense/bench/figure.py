@@ -26,17 +26,20 @@ class Figure:
     @property
     def target(self) -> str:
         """The target in words; empty if there is none."""
+        if self.at_least is not None and self.at_most is not None:
+            return f"{self.at_least:g} to {self.at_most:g}"
         if self.at_least is not None:
             return f"at least {self.at_least:g}"
         return f"at most {self.at_most:g}" if self.at_most is not None else ""
 
     def ratio(self, value: float) -> float | None:
         """How many times better than the target a value is: 1 and more reaches it."""
+        ratios = []
         if self.at_least is not None:
-            return value / self.at_least
+            ratios.append(value / self.at_least)
         if self.at_most is not None:
-            return self.at_most / value if value > 0.0 else float("inf")
-        return None
+            ratios.append(self.at_most / value if value > 0.0 else float("inf"))
+        return min(ratios, default=None)
 
 
 @dataclass(frozen=True)

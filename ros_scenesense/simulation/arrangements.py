@@ -1,4 +1,4 @@
-"""Draws what stands where: the paper's towers, spread and intersection.
+"""Draws what stands where: the paper's towers, spread and intersection, and scenes for relations.
 
 Source: section *Occlusion and Stability Estimation* of the paper's experimental set-up. A layout is
 pure geometry on the table; the physics world finds the heights.
@@ -20,11 +20,12 @@ from ros_scenesense.simulation.object_files import Color
 
 
 class Arrangement(StrEnum):
-    """How objects are arranged; `mixed` takes the other three in turn, scene by scene."""
+    """How objects are arranged; `mixed` takes the first three in turn, scene by scene."""
 
     TOWERS = "towers"
     SPREAD = "spread"
     INTERSECTION = "intersection"
+    RELATIONS = "relations"
     MIXED = "mixed"
 
 
@@ -56,10 +57,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class Layout:
-    """The pieces of a scene, supports before what they carry."""
+    """The pieces of a scene, supports before what they carry.
+
+    Attributes:
+        arrangement: What was drawn.
+        pieces: What stands where.
+        pushed: Pairs (one, other) of indices of pieces on the table: in the world the first is
+            pushed towards the other until they touch.
+    """
 
     arrangement: Arrangement
     pieces: tuple[Piece, ...]
+    pushed: tuple[tuple[int, int], ...] = ()
 
     def supports(self) -> list[tuple[str, str]]:
         """Pairs (upper, lower) of names."""
@@ -89,6 +98,11 @@ def draw_layout(
     if arrangement is Arrangement.MIXED:
         arrangement = _IN_TURN[index % len(_IN_TURN)]
     colors = [list(Color)[i] for i in rng.permutation(len(Color))]
+    if arrangement is Arrangement.RELATIONS:
+        # It draws pieces of this module.
+        from ros_scenesense.simulation.relation_layouts import draw_relations
+
+        return draw_relations(catalogue, colors, view_yaw_rad, rng)
     stacked, alone = 0, 0
     if arrangement is Arrangement.TOWERS:
         stacked = int(rng.integers(2, len(colors) + 1))
@@ -130,6 +144,7 @@ def draw_item(
         for item in catalogue.values()
         if color in item.colors
         and item.size is size
+        and not item.relations_only
         and (surface is None or item.can_carry(size, surface))
         and (item.is_steady or not steady)
     ]

@@ -16,6 +16,7 @@ from ros_scenesense.resources import resource
 from ros_scenesense.scene import Size, Surface
 from ros_scenesense.simulation.forms import Form, Measures, make_form, measure
 from ros_scenesense.simulation.object_files import Color, MarkSpec, ObjectSpec, read_objects
+from ros_scenesense.simulation.rooms import Room, measure_room
 from ros_scenesense.simulation.ycb import replace_by_ycb
 
 
@@ -32,6 +33,7 @@ class CatalogueItem:
         colors: The colours it comes in.
         measures: Its lengths as it stands upright.
         is_open: Whether it is an open container: what is put there may fall in.
+        relations_only: Whether it is drawn for the arrangement `relations` alone.
     """
 
     name: str
@@ -42,6 +44,7 @@ class CatalogueItem:
     colors: tuple[Color, ...]
     measures: Measures
     is_open: bool = False
+    relations_only: bool = False
 
     @property
     def width_m(self) -> float:
@@ -88,6 +91,7 @@ class Catalogue(Mapping[str, CatalogueItem]):
 
     def __init__(self, entries: Mapping[str, tuple[CatalogueItem, Form, Looks]]) -> None:
         self._entries = dict(entries)
+        self._rooms: dict[str, Room] = {}
 
     def __getitem__(self, name: str) -> CatalogueItem:
         return self._entries[name][0]
@@ -101,6 +105,12 @@ class Catalogue(Mapping[str, CatalogueItem]):
     def form(self, item: CatalogueItem) -> Form:
         """The body of an item."""
         return self._entries[item.name][1]
+
+    def room(self, item: CatalogueItem) -> Room:
+        """The room inside an item, measured when it is first asked for."""
+        if item.name not in self._rooms:
+            self._rooms[item.name] = measure_room(self.form(item))
+        return self._rooms[item.name]
 
     def looks(self, item: CatalogueItem) -> Looks:
         """How an item's mesh is coloured."""
@@ -149,6 +159,7 @@ def _entry(spec: ObjectSpec, file: Path) -> tuple[CatalogueItem, Form, Looks]:
         colors=spec.colors,
         measures=measure(form),
         is_open=spec.open,
+        relations_only=spec.relations_only,
     )
     tubes = spec.revolved.tubes if spec.revolved else ()
     return item, form, Looks(spec.marks, tuple(tube.color for tube in tubes), texture)

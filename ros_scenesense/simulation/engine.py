@@ -176,7 +176,7 @@ class SimulationEngine:
             draft = self._draw(seed, index, attempt, wish)
             if not wish.fits(draft.layout):
                 continue
-            self._world.build(draft.layout.pieces)
+            self._world.build(draft.layout.pieces, draft.layout.pushed)
             stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
             if stable is not None:
                 appearance = draw_appearance(

@@ -70,6 +70,9 @@ def make_form(spec: FormSpec, folder: Path) -> Form:
     Raises:
         SimulationError: If a mesh file is missing or broken; names it.
     """
+    if isinstance(spec, BoxSpec) and spec.wall_m is not None:
+        boards = _boards(spec.size_m, spec.wall_m)
+        return _centred(meshes.joined(boards), [board.vertices for board in boards])
     if isinstance(spec, BoxSpec):
         return Form(meshes.box(spec.size_m), spec)
     if isinstance(spec, CylinderSpec):
@@ -103,6 +106,20 @@ _FOOTING_M = 0.002
 _LARGEST_M = 1.0
 # Turns y-up into z-up.
 _FROM_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def _boards(size_m: tuple[float, float, float], wall_m: float) -> list[Mesh]:
+    """Floor and walls of an open box about the origin."""
+    x, y, z = size_m
+    floor = (meshes.box((x, y, wall_m)), (0.0, 0.0, (wall_m - z) / 2.0))
+    height, rise, inner = z - wall_m, wall_m / 2.0, x - 2.0 * wall_m
+    boards = [floor]
+    for sign in (-1.0, 1.0):
+        side = meshes.box((wall_m, y, height))
+        boards.append((side, (sign * (x - wall_m) / 2.0, 0.0, rise)))
+        end = meshes.box((inner, wall_m, height))
+        boards.append((end, (0.0, sign * (y - wall_m) / 2.0, rise)))
+    return [replace(mesh, vertices=mesh.vertices + np.array(shift)) for mesh, shift in boards]
 
 
 def _from_files(spec: MeshSpec, folder: Path) -> Form:

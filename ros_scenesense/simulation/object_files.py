@@ -44,9 +44,10 @@ class _Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class BoxSpec(_Spec, frozen=True):
-    """A box: its edges along x, y and z."""
+    """A box: its edges along x, y and z; hollow and open at the top if its walls are given."""
 
     size_m: tuple[Length, Length, Length]
+    wall_m: Length | None = None
 
 
 class CylinderSpec(_Spec, frozen=True):
@@ -125,6 +126,7 @@ class ObjectSpec(_Spec, frozen=True):
         marks: Patches that keep their own colour (forms box and revolved).
         texture: Image of a mesh's own texture coordinates; its colour must be the only colour.
         open: Whether it is an open container; nothing is put on it in a stack.
+        relations_only: Whether it is drawn for the arrangement `relations` alone.
         ycb: Folder of the YCB data set that can take its place.
         ycb_color: Colour of the real object there.
     """
@@ -143,6 +145,7 @@ class ObjectSpec(_Spec, frozen=True):
     marks: tuple[MarkSpec, ...] = ()
     texture: str = ""
     open: bool = False
+    relations_only: bool = False
     ycb: str = ""
     ycb_color: Color | None = None
 
@@ -210,6 +213,11 @@ def _contradictions(spec: ObjectSpec) -> Iterator[tuple[str, str]]:
         yield ".mesh.up", f"is '{spec.mesh.up}', must be one of y, z"
     if spec.ycb and spec.ycb_color is None:
         yield ".ycb_color", f"is missing: the colour of {spec.ycb}"
+    if spec.box is not None and spec.box.wall_m is not None:
+        if 2.0 * spec.box.wall_m >= min(spec.box.size_m):
+            yield ".box.wall_m", "must be less than half of every edge"
+        if spec.marks:
+            yield ".marks", "are painted on massive boxes only"
     if spec.revolved is not None:
         yield from _revolved_contradictions(spec.revolved)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,12 +78,25 @@ class World:
         pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
         self._table = self._make_table()
 
-    def build(self, pieces: Sequence[Piece]) -> list[Body]:
-        """Replaces the bodies by these; each is lowered until it touches what is below."""
+    def build(self, pieces: Sequence[Piece], pushed: Sequence[tuple[int, int]] = ()) -> list[Body]:
+        """Replaces the bodies by these; each is lowered until it touches what is below.
+
+        Args:
+            pieces: What stands where.
+            pushed: Pairs (one, other) of indices: the first, which carries nothing, is then
+                pushed towards the other until it touches something.
+        """
         self.clear()
         for piece in pieces:
             self.put(piece)
+        for one, other in pushed:
+            self.bodies[one] = self._push(self.bodies[one], self.bodies[other])
         return self.bodies
+
+    def restore(self, bodies: Iterable[tuple[Piece, Pose]]) -> None:
+        """Replaces the bodies by these, exactly where they once were."""
+        self.clear()
+        self.bodies = [Body(self._make(piece, pose), piece, pose) for piece, pose in bodies]
 
     def put(self, piece: Piece) -> Body:
         """Adds a body; it is lowered from above everything until it touches what is below."""
@@ -245,6 +258,24 @@ class World:
                 body, [piece.x_m, piece.y_m, z], orientation, physicsClientId=self.client
             )
         return z
+
+    def _push(self, body: Body, goal: Body) -> Body:
+        """Conservative advancement along the table."""
+        others = [other.id for other in self.bodies if other is not body]
+        start = np.array(body.pose.position)
+        way = (np.array(goal.pose.position) - start) * [1.0, 1.0, 0.0]
+        place, way = start, way / np.linalg.norm(way)
+        for _ in range(_LOWERING_STEPS):
+            gap = min(self._gap(body.id, other) for other in others)
+            if gap < _CONTACT_GAP_M:
+                break
+            place = place + gap * way
+            pybullet.resetBasePositionAndOrientation(
+                body.id, place, body.pose.orientation, physicsClientId=self.client
+            )
+        x, y, z = (float(value) for value in place)
+        pose = Pose((x, y, z), body.pose.orientation)
+        return Body(body.id, replace(body.piece, x_m=x, y_m=y), pose)
 
     def _gap(self, body: int, other: int) -> float:
         points = pybullet.getClosestPoints(body, other, 10.0, physicsClientId=self.client)

@@ -48,7 +48,7 @@ def label_agreement(records: Iterable[SceneRecord], seed: int) -> Agreement:
     world = World()
     try:
         for record in records:
-            world.build([placed.piece for placed in record.placed])
+            world.restore((placed.piece, placed.pose) for placed in record.placed)
             structures = [tuple(label.members) for label in record.structure_labels]
             rng = np.random.default_rng([seed, record.index, *b"agreement"])
             again = stability(world, structures, rng)

@@ -35,7 +35,11 @@ class Situation:
 def situations(record: SceneRecord) -> list[Situation]:
     """The situation of every object, in the order of the objects."""
     known = {one.name: one for one in record.objects}
-    below = dict(record.supports)
+    # What is in a container does not stand on its surface.
+    inside = {
+        (one.object, one.reference) for one in record.relations if one.position is Position.IN
+    }
+    below = dict(pair for pair in record.supports if pair not in inside)
     said = _positions(record)
     found = []
     for label in record.object_labels:

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from ros_scenesense.scene import Truth
+from ros_scenesense.scene import Distance, Position, Truth
 from ros_scenesense.simulation.dataset.record import SceneRecord
 from ros_scenesense.simulation.dataset.situations import Situation, situations
 
@@ -139,12 +139,16 @@ def statistics(records: Iterable[SceneRecord]) -> Statistics:
     labels: Counter[tuple[str, str, Truth]] = Counter()
     stacks: Counter[tuple[str, int, Truth]] = Counter()
     truths: Counter[tuple[str, Truth]] = Counter()
+    pairs: Counter[tuple[Position | Distance, bool]] = Counter()
     objects = 0
     for record in records:
         scenes[record.arrangement] += 1
         objects += len(record.objects)
         for structure in record.structure_labels:
             stacks[record.arrangement, len(structure.members), structure.stable] += 1
+        for said in record.relations:
+            pairs[said.position, said.position_ambiguous] += 1
+            pairs[said.distance, said.distance_ambiguous] += 1
         for one in situations(record):
             labels[record.arrangement, "stable", one.label.stable] += 1
             labels[record.arrangement, "occluded", one.label.occluded] += 1
@@ -155,10 +159,12 @@ def statistics(records: Iterable[SceneRecord]) -> Statistics:
     figures |= {f"scenes_{name}": count for name, count in sorted(scenes.items())}
     figures |= dict(_label_figures(labels))
     figures |= dict(_stack_figures(stacks))
+    figures |= {f"pairs_{said}": pairs[said, False] for said in (*Position, *Distance)}
     figures |= dict(_axiom_figures(truths))
     tables = {
         "Labels of objects": _label_table(labels),
         "Structures": _stack_table(stacks),
+        "Relations of pairs": _pair_table(pairs),
         "Axioms in physics": _axiom_table(truths),
     }
     return Statistics({name: round(value, 4) for name, value in figures.items()}, tables)
@@ -209,6 +215,13 @@ def _stack_table(stacks: Counter[tuple[str, int, Truth]]) -> TableOf:
         rows.append([arrangement, members, *counts.values(), share])
     columns = ["arrangement", "objects", *(f"stable: {truth}" for truth in Truth)]
     return [*columns, "share unstable"], rows
+
+
+def _pair_table(pairs: Counter[tuple[Position | Distance, bool]]) -> TableOf:
+    rows: list[list[Cell]] = [
+        [str(said), pairs[said, False], pairs[said, True]] for said in (*Position, *Distance)
+    ]
+    return ["preposition", "clear", "ambiguous"], rows
 
 
 def _axiom_table(truths: Counter[tuple[str, Truth]]) -> TableOf:
