@@ -80,17 +80,23 @@ class Camera:
         rgb[nothing] = np.round(np.array(WALL_COLOR) * 255.0).astype(np.uint8)
         return Picture(rgb, metres.astype(np.float32), ids)
 
-    def bodies(self, pose: Pose) -> npt.NDArray[np.int32]:
-        """Bullet ids of the bodies as they stand now, (H, W); -1 where there is nothing."""
-        image = pybullet.getCameraImage(**self._view(pose), shadow=0)
-        return _flat(image[4], np.int32).reshape(self._intrinsics.height, self._intrinsics.width)
+    def bodies(self, pose: Pose, scale: int = 1) -> npt.NDArray[np.int32]:
+        """Bullet ids of the bodies as they stand now, (H, W); -1 where there is nothing.
 
-    def _view(self, pose: Pose) -> dict[str, object]:
+        Args:
+            pose: Of the optical frame in the world.
+            scale: An image so many times smaller in both directions is enough.
+        """
+        image = pybullet.getCameraImage(**self._view(pose, scale), shadow=0)
+        height, width = self._intrinsics.height // scale, self._intrinsics.width // scale
+        return _flat(image[4], np.int32).reshape(height, width)
+
+    def _view(self, pose: Pose, scale: int = 1) -> dict[str, object]:
         matrix = pose.matrix()
         eye, forward, up = matrix[:3, 3], matrix[:3, 2], -matrix[:3, 1]
         return {
-            "width": self._intrinsics.width,
-            "height": self._intrinsics.height,
+            "width": self._intrinsics.width // scale,
+            "height": self._intrinsics.height // scale,
             "viewMatrix": pybullet.computeViewMatrix(eye, eye + forward, up),
             "projectionMatrix": self._projection,
             "renderer": pybullet.ER_TINY_RENDERER,

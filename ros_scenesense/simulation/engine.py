@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose
@@ -176,18 +177,9 @@ class SimulationEngine:
             draft = self._draw(seed, index, attempt, wish)
             if not wish.fits(draft.layout):
                 continue
-            self._world.build(draft.layout.pieces, draft.layout.pushed)
-            stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
-            if stable is not None:
-                appearance = draw_appearance(
-                    [piece.name for piece in draft.layout.pieces],
-                    self._configuration.textures,
-                    self._configuration.backgrounds,
-                    _rng(seed, index, "appearance", attempt),
-                )
-                shot = self._shoot(draft, appearance, _rng(seed, index, "camera", attempt))
-                if self._sees_everything(shot.picture):
-                    return self._scene(draft, shot, stable)
+            scene = self._attempt(seed, index, attempt, draft, wish)
+            if scene is not None:
+                return scene
             built += 1
             if built == _ATTEMPTS:
                 break
@@ -198,6 +190,28 @@ class SimulationEngine:
     def close(self) -> None:
         """Ends the physics client."""
         self._world.close()
+
+    def _attempt(
+        self, seed: int, index: int, attempt: int, draft: Draft, wish: Wish
+    ) -> SimulatedScene | None:
+        """The scene of a draft; None if it is not as wished or something in it is not seen."""
+        self._world.build(draft.layout.pieces, draft.layout.pushed)
+        pose, light = self._aim(draft, _rng(seed, index, "camera", attempt))
+        if not self._may_see_everything(pose):
+            return None
+        stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
+        if stable is None:
+            return None
+        picture = self._camera.picture(pose, light)
+        if not self._sees_everything(picture.bodies, _LEAST_SHARE):
+            return None
+        appearance = draw_appearance(
+            [piece.name for piece in draft.layout.pieces],
+            self._configuration.textures,
+            self._configuration.backgrounds,
+            _rng(seed, index, "appearance", attempt),
+        )
+        return self._scene(draft, Shot(pose, light, appearance, picture), stable)
 
     def _draw(self, seed: int, index: int, attempt: int, wish: Wish) -> Draft:
         """What stands where, and from which side it is seen."""
@@ -219,8 +233,8 @@ class SimulationEngine:
         stable = judged(moved)
         return stable if wish.comes_true(draft.layout, stable) else None
 
-    def _shoot(self, draft: Draft, appearance: Appearance, rng: np.random.Generator) -> Shot:
-        """Photographs the world as built."""
+    def _aim(self, draft: Draft, rng: np.random.Generator) -> tuple[Pose, Light]:
+        """From where the world as built is photographed, and in which light."""
         configuration = self._configuration
         pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
         pose = frame_scene(
@@ -231,15 +245,16 @@ class SimulationEngine:
             distance_factor=rng.uniform(1.0, configuration.distance_max),
             roll_rad=math.radians(configuration.roll_deg) * rng.uniform(-1.0, 1.0),
         )
-        light = draw_light(rng)
-        return Shot(pose, light, appearance, self._camera.picture(pose, light))
+        return pose, draw_light(rng)
 
-    def _sees_everything(self, picture: Picture) -> bool:
-        least_pixels = _LEAST_SHARE * picture.bodies.size
-        return all(
-            np.count_nonzero(picture.bodies == body.id) >= least_pixels
-            for body in self._world.bodies
-        )
+    def _may_see_everything(self, pose: Pose) -> bool:
+        """A glance, much cheaper than the stability test and the picture that it may save."""
+        glance = self._camera.bodies(pose, scale=_GLANCE_SCALE)
+        return self._sees_everything(glance, _LEAST_SHARE / 2.0)
+
+    def _sees_everything(self, ids: npt.NDArray[np.int32], least_share: float) -> bool:
+        least_pixels = least_share * ids.size
+        return all(np.count_nonzero(ids == body.id) >= least_pixels for body in self._world.bodies)
 
     def _scene(self, draft: Draft, shot: Shot, stable: dict[str, Truth]) -> SimulatedScene:
         layout = draft.layout
@@ -310,6 +325,8 @@ class Shot:
 
 # An object of which less than this share of the image is seen is as good as not there.
 _LEAST_SHARE = 0.0005
+# The glance before the picture is so many times smaller in both directions.
+_GLANCE_SCALE = 2
 # Drawing costs little, building and physics much: a rare wish may take hundreds of attempts.
 _DRAWS = 20000
 _ATTEMPTS = 1000
