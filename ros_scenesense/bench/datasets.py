@@ -60,7 +60,7 @@ FIGURES = (
 
 def measure(options: BenchOptions) -> Measured:
     """Makes datasets in a temporary folder, and repeats the least work on some of their scenes."""
-    count, natural_count, sample = (12, 6, 6) if options.quick else (360, 160, 120)
+    count, natural_count, sample = (12, 6, 6) if options.quick else (300, 120, 90)
     jobs = len(os.sched_getaffinity(0))
     balanced = _made(Draw.BALANCED, count, options.seed, jobs)
     natural = _made(Draw.NATURAL, natural_count, options.seed, jobs)
