@@ -6,10 +6,11 @@ an object carries covers its top, not its front, and is therefore not counted as
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -63,11 +64,29 @@ def visibilities(
     names = {body.id: body.piece.name for body in world.bodies}
     found = []
     for body, load in zip(world.bodies, _loads(layout), strict=True):
+        others = [number for number, name in names.items() if name not in load]
+        if not _borders(bodies, body.id, set(names) - set(others), others):
+            found.append(Visibility(1.0, ()))
+            continue
         world.show_only(load)
         unhidden = camera.bodies(pose) == body.id
         found.append(_visibility(body.id, bodies[unhidden], names))
     world.reset()
     return found
+
+
+def _borders(
+    bodies: npt.NDArray[np.int32], body: int, load: Collection[int], others: Collection[int]
+) -> bool:
+    """Whether a body may be hidden: it is not seen at all, or it or its load borders on another.
+
+    A body and what it carries touch, so what hides a part of them borders on what is seen of them.
+    """
+    if not np.any(bodies == body):
+        return True
+    seen = np.isin(bodies, list(load)).astype(np.uint8)
+    around = cv2.dilate(seen, np.ones((3, 3), np.uint8)) > seen
+    return bool(np.isin(bodies[around], list(others)).any())
 
 
 def _visibility(body: int, seen: npt.NDArray[np.int32], names: Mapping[int, str]) -> Visibility:
