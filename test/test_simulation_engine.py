@@ -12,6 +12,7 @@ import pytest
 from ros_scenesense.errors import ParameterError, SimulationError
 from ros_scenesense.geometry import rotation_matrix, transform_points
 from ros_scenesense.scene import Surface, Truth, find_structures
+from ros_scenesense.simulation import occlusion
 from ros_scenesense.simulation.arrangements import Arrangement
 from ros_scenesense.simulation.engine import (
     CAMERA_FRAME,
@@ -50,6 +51,16 @@ def content(scene: SimulatedScene) -> list[object]:
 def points_in_world(scene: SimulatedScene) -> np.ndarray:
     points = scene.frame.intrinsics.back_project(scene.frame.depth)
     return transform_points(scene.frame.camera_pose.matrix(), points)
+
+
+def test_objects_that_border_on_nothing_need_no_picture_of_their_own(
+    engine: SimulationEngine, scenes: list[SimulatedScene], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(occlusion, "_borders", lambda *_: True)
+    for index in range(6):
+        scene = engine.scene(0, index)
+        assert scene.object_labels == scenes[index].object_labels
+        assert scene.hidden == scenes[index].hidden
 
 
 def test_a_frame_is_complete(scenes: list[SimulatedScene]) -> None:
