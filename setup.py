@@ -52,6 +52,8 @@ setup(
         "clingo",
         "Jinja2",
         "joblib",
+        "lark-parser",
+        "matplotlib",
         "msgspec",
         "numpy",
         "open3d",

@@ -12,6 +12,7 @@ MODULES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob(
 GROUND = ["__init__", "errors", "geometry", "messages", "parameters", "resources", "scene"]
 FLOORS = {
     **dict.fromkeys(GROUND, 0),
+    "knowledge": 1,
     **dict.fromkeys(["simulation", "perception", "grounding", "reasoning"], 2),
     **dict.fromkeys(["stages", "pipeline"], 3),
 }
@@ -19,7 +20,7 @@ TOP = 4
 ROS = {"rclpy", "std_msgs", "std_srvs", "sensor_msgs", "geometry_msgs", "visualization_msgs"}
 ROS |= {"diagnostic_msgs", "builtin_interfaces", "rcl_interfaces", "tf2_msgs", "rosbags"}
 # These take seconds to import: only functions that run in a worker may.
-HEAVY = {"open3d", "torch"}
+HEAVY = {"matplotlib", "open3d", "torch"}
 # Random numbers come from a generator that the caller passes or seeds, never from global state.
 GENERATORS = {"Generator", "SeedSequence", "default_rng"}
 LONGEST_MODULE = 400

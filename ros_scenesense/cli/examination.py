@@ -27,6 +27,8 @@ DEPENDENCIES = {
     "clingo": "clingo",
     "Jinja2": "jinja2",
     "joblib": "joblib",
+    "lark-parser": "lark",
+    "matplotlib": "matplotlib",
     "msgspec": "msgspec",
     "numpy": "numpy",
     "open3d": "open3d",
