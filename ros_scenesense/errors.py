@@ -28,6 +28,10 @@ class DatasetError(SceneSenseError):
     """A dataset on disk is damaged, incomplete or of another kind; the text names the file."""
 
 
+class LanguageError(SceneSenseError):
+    """Knowledge is written wrongly; one line per problem, `file:line:column` and the mend."""
+
+
 class ReasoningError(SceneSenseError):
     """The logic program is missing or broken, or the solver failed on it."""
 
