@@ -42,3 +42,7 @@ class StateError(SceneSenseError):
 
 class LaunchError(SceneSenseError):
     """The node graph could not be started or kept running."""
+
+
+class ConversationError(SceneSenseError):
+    """No node of a running graph listened or answered; the text says how to start one."""
