@@ -76,7 +76,7 @@ class SimulatedCameraStage:
     def engine(self) -> Callable[[], Any] | None:
         """A factory of the simulation, or of the reader of a dataset."""
         if self._dataset is not None:
-            return partial(PlayingEngine, self._dataset)
+            return partial(PlayingEngine, self._dataset, self.configuration.noise)
         return partial(CameraEngine, self.configuration)
 
     def start(self, now_ns: int) -> list[Outgoing]:
