@@ -46,3 +46,7 @@ class StateError(SceneSenseError):
 
 class LaunchError(SceneSenseError):
     """The node graph could not be started or kept running."""
+
+
+class ConversationError(SceneSenseError):
+    """No node of a running graph listened or answered; the text says how to start one."""
