@@ -50,6 +50,17 @@ def test_a_dataset_is_shown_scene_by_scene_to_its_end(dataset: Path) -> None:
         assert np.array_equal(frame.instances, recorded.frame.instances)
 
 
+def test_a_noisy_camera_shows_the_same_scenes_with_the_same_readings_again(dataset: Path) -> None:
+    first, again = (
+        [item for item in play(dataset, noise="kinect") if isinstance(item, Frame)]
+        for _ in range(2)
+    )
+    for frame, other, recorded in zip(first, again, DatasetReader(dataset), strict=True):
+        assert np.array_equal(frame.depth, other.depth)
+        assert not np.array_equal(frame.depth, recorded.frame.depth)
+        assert np.array_equal(frame.instances, recorded.frame.instances)
+
+
 def test_fewer_scenes_may_be_asked_for(dataset: Path) -> None:
     assert shown_ids(play(dataset, scenes=2)) == ["s-0000", "s-0001"]
 

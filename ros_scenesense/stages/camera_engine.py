@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ros_scenesense.messages.actions import PlannedAction
 from ros_scenesense.parameters import parameter
 from ros_scenesense.simulation.engine import SimulatedScene, SimulationConfiguration
 from ros_scenesense.simulation.episodes import EpisodeEngine, Story
+from ros_scenesense.simulation.noise import NONE, PRESETS, noisy_frame
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.actions import ActionOutcome
@@ -45,6 +48,11 @@ class SimulatedCameraConfiguration(SimulationConfiguration):
     dataset: str = parameter(
         "", "folder of a dataset whose scenes are shown; empty = they are simulated"
     )
+    noise: str = parameter(
+        NONE,
+        "how the depth camera errs: not at all, or as the first Kinect does",
+        choices=tuple(PRESETS),
+    )
     session: str = parameter(
         "", "first part of every scene_id; a session that exists is continued, empty = a new one"
     )
@@ -63,11 +71,12 @@ class CameraEngine:
 
     def __init__(self, configuration: SimulatedCameraConfiguration) -> None:
         self._simulation = EpisodeEngine(configuration)
+        self._noise = configuration.noise
 
     def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:
         """Renders and labels a scene."""
         start = time.perf_counter()
-        scene = self._simulation.scene(seed, number)
+        scene = self._seen(self._simulation.scene(seed, number), Story(seed, number))
         return scene, time.perf_counter() - start
 
     def act(
@@ -76,17 +85,22 @@ class CameraEngine:
         """Executes an action after a story; the scene is None if it was refused."""
         start = time.perf_counter()
         outcome, scene = self._simulation.act(story, action)
+        if scene is not None:
+            scene = self._seen(scene, story.then(action))
         return outcome, scene, time.perf_counter() - start
 
     def replay(self, story: Story) -> tuple[SimulatedScene, float]:
         """Makes the last scene of a story again."""
         start = time.perf_counter()
-        scene = self._simulation.replay(story)
+        scene = self._seen(self._simulation.replay(story), story)
         return scene, time.perf_counter() - start
 
     def close(self) -> None:
         """Disconnects from the physics engine."""
         self._simulation.close()
+
+    def _seen(self, scene: SimulatedScene, story: Story) -> SimulatedScene:
+        return _seen(scene, self._noise, story)
 
 
 class PlayingEngine:
@@ -94,19 +108,28 @@ class PlayingEngine:
 
     Args:
         folder: Of the dataset.
+        noise: How the depth camera errs.
 
     Raises:
         DatasetError: If it is no complete dataset.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, noise: str = NONE) -> None:
         from ros_scenesense.simulation.dataset.reader import DatasetReader
 
         self._scenes = DatasetReader(folder)
+        self._noise = noise
 
     def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:
-        """Reads a scene; the seed is that of the dataset, whatever is asked."""
-        del seed
+        """Reads a scene, which is that of the dataset whatever the seed; noise depends on both."""
         start = time.perf_counter()
-        scene = self._scenes[number]
+        scene = _seen(self._scenes[number], self._noise, Story(seed, number))
         return scene, time.perf_counter() - start
+
+
+def _seen(scene: SimulatedScene, noise: str, story: Story) -> SimulatedScene:
+    """The scene as the depth camera reads it; the same story always gives the same readings."""
+    if noise == NONE:
+        return scene
+    rng = np.random.default_rng([story.seed, story.index, len(story.actions), *b"noise"])
+    return replace(scene, frame=noisy_frame(scene.frame, PRESETS[noise], rng))

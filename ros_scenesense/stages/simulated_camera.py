@@ -32,7 +32,7 @@ from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
-from ros_scenesense.stages.state_file import IN_MEMORY
+from ros_scenesense.stages.state_file import state_path
 
 __all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
 
@@ -61,10 +61,7 @@ class SimulatedCameraStage:
         self.health = Health()
         self.audience = True
         self._last_stamp_ns = 0
-        folder = configuration.state_dir
-        self._ledger = SceneLedger(
-            Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
-        )
+        self._ledger = SceneLedger(state_path(configuration.state_dir, "camera.db"), self.health)
         self._dataset = Path(configuration.dataset).expanduser() if configuration.dataset else None
         self._length = math.inf if self._dataset is None else _length_of(self._dataset)
         self._episodes = Episodes(
@@ -79,7 +76,7 @@ class SimulatedCameraStage:
     def engine(self) -> Callable[[], Any] | None:
         """A factory of the simulation, or of the reader of a dataset."""
         if self._dataset is not None:
-            return partial(PlayingEngine, self._dataset)
+            return partial(PlayingEngine, self._dataset, self.configuration.noise)
         return partial(CameraEngine, self.configuration)
 
     def start(self, now_ns: int) -> list[Outgoing]:
