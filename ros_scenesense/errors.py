@@ -28,6 +28,10 @@ class DatasetError(SceneSenseError):
     """A dataset on disk is damaged, incomplete or of another kind; the text names the file."""
 
 
+class LanguageError(SceneSenseError):
+    """Knowledge is written wrongly; one line per problem, `file:line:column` and the mend."""
+
+
 class ReasoningError(SceneSenseError):
     """The logic program is missing or broken, or the solver failed on it."""
 
@@ -42,3 +46,7 @@ class StateError(SceneSenseError):
 
 class LaunchError(SceneSenseError):
     """The node graph could not be started or kept running."""
+
+
+class ConversationError(SceneSenseError):
+    """No node of a running graph listened or answered; the text says how to start one."""

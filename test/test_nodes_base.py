@@ -12,10 +12,12 @@ from ros_scenesense.errors import ParameterError, StateError
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Feedback, FeedbackResult, Trust
 from ros_scenesense.messages.health import Heartbeat
+from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.base import StageNode
+from ros_scenesense.nodes.qos import profile_of
 from ros_scenesense.parameters import parameter
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.protocol import Job, JobFailure, Timing
+from ros_scenesense.stages.protocol import Figure, Job, JobFailure, Timing
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class EchoStage:
             self._jobs.append(Job("key", "answer", (item.object,)))
             return []
         answer = self._answer(f"{self.configuration.greeting} {item.object}", now_ns)
-        return [answer, Timing("echo/handle", 2.5)]
+        return [answer, Timing("echo/handle", 2.5), Figure("echo/mood", 0.75)]
 
     def tick(self, _now_ns):
         return []
@@ -131,6 +133,14 @@ def test_messages_parameters_and_timings_pass_through(ros_room):
     # The timing's topic is opened by its first value; a listener of then gets the next.
     assert ros_room.wait_for(lambda: echo.ask("x") or timings)
     assert timings[0].data == pytest.approx(2.5)
+
+
+def test_the_last_figure_is_kept_for_those_who_plot_later(ros_room):
+    echo = Echo(ros_room)
+    assert echo.answer_to("x")
+    figures = echo.probe.collect_raw(Float32, "figures/echo/mood", profile_of(QosClass.STATE))
+    assert ros_room.wait_for(lambda: figures)
+    assert figures[0].data == pytest.approx(0.75)
 
 
 def test_state_is_published_at_start_and_kept_for_late_comers(ros_room):

@@ -62,6 +62,18 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="set one parameter, stronger than the params file; may be repeated",
     )
+    add_domain_arguments(parser)
+    parser.add_argument(
+        "--log-dir",
+        type=Path,
+        metavar="DIR",
+        help="folder of the nodes' logs (default: a new one under "
+        f"{platformdirs.user_log_path('scenesense', appauthor=False)})",
+    )
+
+
+def add_domain_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments that say where the graph is: for all that start or talk to one."""
     parser.add_argument("--namespace", default="/scenesense", help="default: %(default)s")
     parser.add_argument(
         "--domain-id", type=int, metavar="ID", help="ROS domain (default: ROS_DOMAIN_ID, else 0)"
@@ -70,13 +82,6 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
         "--discovery",
         metavar="RANGE",
         help="LOCALHOST or SUBNET (default: ROS_AUTOMATIC_DISCOVERY_RANGE, else LOCALHOST)",
-    )
-    parser.add_argument(
-        "--log-dir",
-        type=Path,
-        metavar="DIR",
-        help="folder of the nodes' logs (default: a new one under "
-        f"{platformdirs.user_log_path('scenesense', appauthor=False)})",
     )
 
 

@@ -14,6 +14,7 @@ from ros_scenesense.errors import ParameterError, SceneSenseError
 COMMANDS = {
     "demo": "run the whole graph on simulated scenes and write a report",
     "launch": "start the nodes and keep them running",
+    "feedback": "tell the running graph how two objects are related",
     "params": "list the parameters of all nodes, or make a params file",
     "dataset": "make, verify, count and show datasets of simulated scenes",
     "scene": "draw one scene and list what is known of it",

@@ -27,7 +27,7 @@ from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
 from ros_scenesense.nodes.qos import profile_of
 from ros_scenesense.nodes.vital_signs import VitalSigns
-from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Stage, Timing
+from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Stage, Timing
 from ros_scenesense.stages.worker import WorkerProcess
 
 TICK_S = 0.05
@@ -68,9 +68,16 @@ class StageNode(Node):
         super().__init__(name, **node_options)
         self._worker: WorkerProcess | None = None
         self._subscribes = tuple(subscribes)
-        self._timing_publishers: dict[str, Publisher] = {}
+        self._number_publishers: dict[str, Publisher] = {}
         self._seen_errors: set[tuple[str, int]] = set()
-        self.publish_as: dict[type[Any], Callable[[Any], None]] = {Timing: self._publish_timing}
+        self.publish_as: dict[type[Any], Callable[[Any], None]] = {
+            Timing: lambda one: self._publish_number(
+                f"timing/{one.name}", one.milliseconds, QosClass.REQUEST
+            ),
+            Figure: lambda one: self._publish_number(
+                f"figures/{one.name}", one.value, QosClass.STATE
+            ),
+        }
         try:
             self.configuration = declare_configuration(self, configuration)
             self.stage = stage(self.configuration)
@@ -178,14 +185,12 @@ class StageNode(Node):
             return
         self.take(item)
 
-    def _publish_timing(self, timing: Timing) -> None:
-        publisher = self._timing_publishers.get(timing.name)
+    def _publish_number(self, topic: str, value: float, qos: QosClass) -> None:
+        publisher = self._number_publishers.get(topic)
         if publisher is None:
-            publisher = self.create_publisher(
-                Float32, f"timing/{timing.name}", profile_of(QosClass.REQUEST)
-            )
-            self._timing_publishers[timing.name] = publisher
-        publisher.publish(Float32(data=float(timing.milliseconds)))
+            publisher = self.create_publisher(Float32, topic, profile_of(qos))
+            self._number_publishers[topic] = publisher
+        publisher.publish(Float32(data=float(value)))
 
     def _job_done(self, job: Job, result: Any) -> None:
         self._mailbox.put(lambda: self.call(self.stage.finish, job, result))

@@ -46,8 +46,16 @@ class Timing:
     milliseconds: float
 
 
+@dataclass(frozen=True)
+class Figure:
+    """A number for people to plot, published as `figures/<name>`; the last one is kept."""
+
+    name: str
+    value: float
+
+
 Incoming = AnyMessage | Frame
-Outgoing = AnyMessage | Frame | Segmentation | Cloud | Timing
+Outgoing = AnyMessage | Frame | Segmentation | Cloud | Timing | Figure
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
-from ros_scenesense.stages.state_file import IN_MEMORY
+from ros_scenesense.stages.state_file import state_path
 from ros_scenesense.stages.withholding import withhold
 
 __all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
@@ -66,10 +66,7 @@ class SimulatedCameraStage:
         self.health = Health()
         self.audience = True
         self._last_stamp_ns = 0
-        folder = configuration.state_dir
-        self._ledger = SceneLedger(
-            Path(folder).expanduser() / "camera.db" if folder else IN_MEMORY, self.health
-        )
+        self._ledger = SceneLedger(state_path(configuration.state_dir, "camera.db"), self.health)
         self._dataset = Path(configuration.dataset).expanduser() if configuration.dataset else None
         self._length = _length_of(configuration)
         self._episodes = Episodes(

@@ -16,6 +16,11 @@ from ros_scenesense.stages.health import Health
 IN_MEMORY = Path(":memory:")
 
 
+def state_path(folder: str, name: str) -> Path:
+    """The state file of a stage in the folder of its parameter `state_dir`; empty = in memory."""
+    return Path(folder).expanduser() / name if folder else IN_MEMORY
+
+
 def open_state_file(
     path: Path, schema: str, version: int, health: Health, migrations: Sequence[str] = ()
 ) -> sqlite3.Connection:
