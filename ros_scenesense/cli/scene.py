@@ -58,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draws and lists a scene."""
-    from ros_scenesense.demo.scene_picture import draw_scene, write_picture
+    from ros_scenesense.demo.annotation import write_picture
+    from ros_scenesense.demo.scene_picture import draw_scene
 
     scene = _scene_of(arguments)
     write_picture(draw_scene(scene), arguments.out)
