@@ -50,3 +50,7 @@ class LaunchError(SceneSenseError):
 
 class ConversationError(SceneSenseError):
     """No node of a running graph listened or answered; the text says how to start one."""
+
+
+class NetworkError(SceneSenseError):
+    """A network cannot be trained, saved or read; the text says why, and what stays in use."""
