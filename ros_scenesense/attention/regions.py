@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ import numpy.typing as npt
 from ros_scenesense.attention.relevance import Relevance
 from ros_scenesense.messages.attention import Roi
 from ros_scenesense.messages.grounding import Relation
+
+Pixel = TypeVar("Pixel", bound=np.generic)
 
 MOST_OBJECTS = 5
 """Objects in a region at most (paper, *Experimental Setup*)."""
@@ -118,7 +121,7 @@ def in_image_order(boxes: Mapping[str, Rectangle]) -> list[str]:
     return sorted(boxes, key=lambda name: (boxes[name].left, -boxes[name].bottom, name))
 
 
-def crop(image: npt.NDArray[np.generic], roi: Roi) -> npt.NDArray[np.generic]:
+def crop(image: npt.NDArray[Pixel], roi: Roi) -> npt.NDArray[Pixel]:
     """The pixels of a region, a view of the image (H, W, ...).
 
     Raises:

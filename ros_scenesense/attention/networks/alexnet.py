@@ -73,7 +73,8 @@ class AlexNet(nn.Module):
             if isinstance(layer, nn.Conv2d | nn.Linear):
                 # Through eight layers, torch's own start fades to nothing (He et al., 2015).
                 nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
-                nn.init.zeros_(layer.bias)
+                if layer.bias is not None:
+                    nn.init.zeros_(layer.bias)
 
     def forward(self, images: Tensor, numbers: Tensor) -> Tensor:
         """Logits (B, structures + objects) of images (B, C, side, side) and numbers (B, N)."""

@@ -24,7 +24,7 @@ class QueryNetworkConfiguration:
         side: Width and height of its input in pixels.
         channels: Channels of its input.
         filters: Of the first convolution; each further one has half as many more.
-        numbers: Numbers beside the image, see `attention.geometry`.
+        numbers: Numbers beside the image, see `attention.inputs`.
         dropout: Share of the features that are dropped in training.
         learning_rate: Adam's.
     """
@@ -32,7 +32,7 @@ class QueryNetworkConfiguration:
     side: int = 64
     channels: int = CHANNELS
     filters: int = 16
-    numbers: int = 2
+    numbers: int = 3
     dropout: float = 0.2
     learning_rate: float = 1e-3
 
