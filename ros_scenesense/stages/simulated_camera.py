@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import secrets
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,6 +30,7 @@ from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
+from ros_scenesense.stages.sessions import new_session
 from ros_scenesense.stages.state_file import state_path
 
 __all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
@@ -303,11 +302,6 @@ class SimulatedCameraStage:
         if session != self.session or not number.isdecimal():
             return None
         return int(number)
-
-
-def new_session() -> str:
-    """A name for a session that no other one has."""
-    return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
 
 
 def _length_of(dataset: Path) -> int:
