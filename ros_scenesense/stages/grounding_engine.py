@@ -11,9 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.errors import FrameError
+from ros_scenesense.grounding.contact import seen_gaps
+from ros_scenesense.grounding.distances import closest_distances
 from ros_scenesense.grounding.extent import Extent
 from ros_scenesense.grounding.frames import CAMERA, GRAVITY, NamingAxes, choose_axes
-from ros_scenesense.grounding.qsr import ground_pairs
+from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs
 from ros_scenesense.messages.grounding import (
     Groundings,
     Objects,
@@ -49,6 +51,11 @@ class GroundingConfiguration:
         GRAVITY,
         "axes that relations are named along: gravity-up of the viewer, or the tilted camera's own",
         choices=(CAMERA, GRAVITY),
+    )
+    rule: str = parameter(
+        IMPROVED,
+        "rule of the qualitative grounding: the paper's pyramids, or gaps between boxes",
+        choices=(IMPROVED, PYRAMIDS),
     )
     seed: int = parameter(0, "seed of all sampling; same seed, same relations", minimum=0)
     min_points: int = parameter(20, "depth readings that an object needs to be located", minimum=1)
@@ -169,7 +176,7 @@ class GroundingEngine:
         )
         watch.lap("naming_frame")
         extents = self._extents(clouds, axes)
-        pairs = _pairs(known, extents, axes)
+        pairs = _pairs(known, extents, self.configuration.rule)
         groundings = _groundings(scene, axes.name, pairs)
         objects = _objects(frame, scene, _located(known, clouds, extents, axes))
         watch.lap("relations")
@@ -237,14 +244,15 @@ def _depth_fault(frame: Frame) -> tuple[str, str] | None:
 
 
 def _pairs(
-    known: Sequence[KnownObject], extents: dict[int, Extent], axes: NamingAxes
+    known: Sequence[KnownObject], extents: dict[int, Extent], rule: str
 ) -> list[PairGrounding]:
-    located = list(extents)
+    located, ordered = list(extents), list(extents.values())
+    closest = closest_distances([extent.points for extent in ordered])
     # The camera is the origin of its own axes however they are turned.
-    viewpoint = None if axes.name is NamingFrame.CAMERA else np.zeros(3)
+    gaps = seen_gaps(ordered, np.zeros(3))
     return [
         PairGrounding(object=known[located[i]].name, reference=known[located[j]].name, qsr=said)
-        for (i, j), said in ground_pairs(list(extents.values()), viewpoint).items()
+        for (i, j), said in ground_pairs(ordered, closest, gaps, rule).items()
     ]
 
 

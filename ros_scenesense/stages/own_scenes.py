@@ -9,14 +9,13 @@ from __future__ import annotations
 import secrets
 from collections import deque
 from dataclasses import dataclass
-from pathlib import Path
 
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.sessions import new_session
-from ros_scenesense.stages.state_file import IN_MEMORY, open_state_file
+from ros_scenesense.stages.state_file import open_state_file, state_path
 
 STATE_FILE = "grounding_scenes.db"
 _VERSION = 1
@@ -46,7 +45,7 @@ class SceneNumbers:
     """
 
     def __init__(self, folder: str, session: str, health: Health) -> None:
-        path = Path(folder).expanduser() / STATE_FILE if folder else IN_MEMORY
+        path = state_path(folder, STATE_FILE)
         self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
         self.session = session or new_session()
         if session and not folder:
