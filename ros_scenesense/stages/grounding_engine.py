@@ -11,11 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.errors import FrameError
-from ros_scenesense.grounding.contact import seen_gaps
-from ros_scenesense.grounding.distances import closest_distances
 from ros_scenesense.grounding.extent import Extent
 from ros_scenesense.grounding.frames import CAMERA, GRAVITY, NamingAxes, choose_axes
-from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs
+from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs, measure_distances
 from ros_scenesense.messages.grounding import (
     Groundings,
     Objects,
@@ -186,12 +184,12 @@ def _pairs(
     known: Sequence[KnownObject], extents: dict[int, Extent], rule: str
 ) -> list[PairGrounding]:
     located, ordered = list(extents), list(extents.values())
-    closest = closest_distances([extent.points for extent in ordered])
     # The camera is the origin of its own axes however they are turned.
-    gaps = seen_gaps(ordered, np.zeros(3))
+    camera = np.zeros(3)
+    distances = measure_distances(ordered, camera, rule)
     return [
         PairGrounding(object=known[located[i]].name, reference=known[located[j]].name, qsr=said)
-        for (i, j), said in ground_pairs(ordered, closest, gaps, rule).items()
+        for (i, j), said in ground_pairs(ordered, distances, camera, rule).items()
     ]
 
 
