@@ -45,6 +45,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", glob("config/*.*")),
         (f"share/{NAME}/config/objects", glob("config/objects/*")),
+        (f"share/{NAME}/config/scenes", glob("config/scenes/*")),
         (f"share/{NAME}/launch", glob("launch/*.launch.py")),
     ],
     zip_safe=False,

@@ -132,7 +132,7 @@ def test_scene_show_simulates(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     words = ["scene", "show", "--seed", "4", "--index", "2", "--arrangement", "spread"]
     assert cli.main([*words, "--out", str(out)]) == 0
     assert out.is_file()
-    assert "Objects of a scene of spread" in capsys.readouterr().out
+    assert "Objects of a scene (spread)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

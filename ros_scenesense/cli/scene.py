@@ -1,8 +1,9 @@
-"""Draw one scene, simulated or of a dataset, and list what is known of it."""
+"""Draw one scene, simulated, of a dataset or of a scene file, and list what is known of it."""
 
 from __future__ import annotations
 
 import argparse
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from rich.text import Text
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.scene_files import read_scenes
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.engine import SimulatedScene
@@ -36,11 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     show = actions.add_parser("show", help="draw one scene", description=__doc__, epilog=_EPILOG)
     show.add_argument(
-        "dataset",
+        "source",
         nargs="?",
         type=Path,
-        metavar="DIR",
-        help="dataset to take the scene from; without it the scene is simulated",
+        metavar="FILE",
+        help="scene file (see config/scenes/README.md), or folder of the dataset to take the scene "
+        "from; without it the scene is drawn",
     )
     for declared in (_SEED, _INDEX, _ARRANGEMENT):
         show.add_argument(
@@ -55,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draws and lists a scene."""
-    from ros_scenesense.demo.scene_picture import draw_scene, write_picture
+    from ros_scenesense.demo.annotation import write_picture
+    from ros_scenesense.demo.scene_picture import draw_scene
 
     scene = _scene_of(arguments)
     write_picture(draw_scene(scene), arguments.out)
@@ -70,28 +74,31 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _scene_of(arguments: argparse.Namespace) -> SimulatedScene:
     index = int(_INDEX.check(arguments.index or _INDEX.default))
-    if arguments.dataset is not None:
-        return _recorded(arguments, index)
-    seed = int(_SEED.check(arguments.seed or _SEED.default))
-    given = {"arrangement": arguments.arrangement or _ARRANGEMENT.default}
-    engine = SimulationEngine(build(SimulationConfiguration, given))
-    try:
-        return engine.scene(seed, index)
-    finally:
-        engine.close()
-
-
-def _recorded(arguments: argparse.Namespace, index: int) -> SimulatedScene:
-    from ros_scenesense.simulation.dataset.reader import DatasetReader
-
+    if arguments.source is None:
+        seed = int(_SEED.check(arguments.seed or _SEED.default))
+        given = {"arrangement": arguments.arrangement or _ARRANGEMENT.default}
+        with closing(SimulationEngine(build(SimulationConfiguration, given))) as engine:
+            return engine.scene(seed, index)
     for name in ("seed", "arrangement"):
         if getattr(arguments, name) is not None:
-            raise ParameterError(f"--{name}: the scenes of a dataset are made, leave it out")
-    reader = DatasetReader(arguments.dataset)
+            raise ParameterError(
+                f"--{name}: the scene of a dataset or a file is there, leave it out"
+            )
+    if arguments.source.is_file():
+        if arguments.index is not None:
+            raise ParameterError("--index: a scene file has one scene, leave it out")
+        (file,) = read_scenes(arguments.source)
+        with closing(SimulationEngine(SimulationConfiguration())) as engine:
+            return engine.written(file)
+    return _recorded(arguments.source, index)
+
+
+def _recorded(path: Path, index: int) -> SimulatedScene:
+    from ros_scenesense.simulation.dataset.reader import DatasetReader
+
+    reader = DatasetReader(path)
     if index >= len(reader):
-        raise ParameterError(
-            f"--index is {index}, '{arguments.dataset}' has the scenes 0 to {len(reader) - 1}"
-        )
+        raise ParameterError(f"--index is {index}, '{path}' has the scenes 0 to {len(reader) - 1}")
     return reader[index]
 
 
@@ -100,7 +107,7 @@ def _tables(scene: SimulatedScene) -> tuple[Table, Table]:
     for upper, lower in scene.supports:
         lowers.setdefault(upper, []).append(lower)
     objects = _table(
-        f"Objects of a scene of {scene.arrangement}",
+        f"Objects of a scene ({scene.arrangement})",
         ["object", "size", "surface", "shape", "stands on", "stable", "occluded", "visible"],
     )
     for known, label in zip(scene.objects, scene.object_labels, strict=True):

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.geometry import Float
-from ros_scenesense.grounding.extent import Extent
+from ros_scenesense.grounding.extent import Extent, completed
 
 # A steeper view hides so much that its silence says nothing.
 _STEEPEST_SLOPE = 1.0
@@ -41,11 +41,8 @@ def seen_gaps(extents: Sequence[Extent], viewpoint: Float) -> Float:
     Returns:
         (n, n) metres, symmetric; infinite for pairs that are not stacked.
     """
-    low = np.array([extent.low for extent in extents]) - viewpoint
-    high = np.array([extent.high for extent in extents]) - viewpoint
-    # Of most objects only the front is seen: they are taken to be as deep as they are wide.
-    front = low[:, 1]
-    back = np.maximum(high[:, 1], front + high[:, 0] - low[:, 0])
+    low, high = (corners - viewpoint for corners in completed(extents))
+    front, back = low[:, 1], high[:, 1]
     middle = (front + back) / 2.0
     stacked = _stacked(low, high, front, back)
     slopes = np.clip(-high[:, 2] / np.maximum(front, 1e-3), 0.0, _STEEPEST_SLOPE)

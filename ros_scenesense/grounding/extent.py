@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from ros_scenesense.geometry import Float
 
@@ -20,3 +23,14 @@ class Extent:
     points: Float
     low: Float
     high: Float
+
+
+def completed(extents: Sequence[Extent]) -> tuple[Float, Float]:
+    """Boxes as they may be when seen from all sides: lower and upper corners, each (n, 3).
+
+    Of most objects only the front is seen: they are taken to be as deep as they are wide.
+    """
+    low = np.array([one.low for one in extents]).reshape(-1, 3)
+    high = np.array([one.high for one in extents]).reshape(-1, 3)
+    high[:, 1] = np.maximum(high[:, 1], low[:, 1] + high[:, 0] - low[:, 0])
+    return low, high

@@ -34,6 +34,18 @@ class NamingAxes:
     name: NamingFrame
     rows: Float
 
+    def turned(self, yaw_rad: float) -> NamingAxes:
+        """These axes turned about up, to the left: from the viewer's to those of people.
+
+        The camera's own axes are turned about the image's up.
+        """
+        if yaw_rad == 0.0:
+            return self
+        cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+        turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        name = NamingFrame.ROBOT if self.name is NamingFrame.VIEWER else self.name
+        return NamingAxes(name, turn @ self.rows)
+
 
 def camera_axes() -> NamingAxes:
     """The optical axes themselves: right is x, away is z, up is -y."""

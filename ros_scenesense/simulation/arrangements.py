@@ -60,13 +60,13 @@ class Layout:
     """The pieces of a scene, supports before what they carry.
 
     Attributes:
-        arrangement: What was drawn.
+        arrangement: What was drawn, an `Arrangement`, or `written` if a person placed the pieces.
         pieces: What stands where.
         pushed: Pairs (one, other) of indices of pieces on the table: in the world the first is
             pushed towards the other until they touch.
     """
 
-    arrangement: Arrangement
+    arrangement: str
     pieces: tuple[Piece, ...]
     pushed: tuple[tuple[int, int], ...] = ()
 

@@ -16,72 +16,43 @@ import numpy.typing as npt
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.geometry import Pose
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel, StructureLabel
-from ros_scenesense.parameters import parameter, parameters_of
 from ros_scenesense.scene import Frame, Truth
 from ros_scenesense.simulation.appearance import Appearance, draw_appearance, dress
 from ros_scenesense.simulation.arrangements import Arrangement, Layout, Piece, draw_layout
-from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS, PLAIN
+from ros_scenesense.simulation.backgrounds import PLAIN
+from ros_scenesense.simulation.configuration import SimulationConfiguration, check
 from ros_scenesense.simulation.occlusion import Hiding, occlusion, visibilities
 from ros_scenesense.simulation.relations import ExactRelation, exact_relations, naming_axes
-from ros_scenesense.simulation.stability import judged, repetitions, structure_stability
-from ros_scenesense.simulation.view import Light, draw_light, frame_scene, renderer_intrinsics
+from ros_scenesense.simulation.scene_files import SceneFile
+from ros_scenesense.simulation.stability import (
+    judged,
+    repetitions,
+    stability,
+    structure_stability,
+)
+from ros_scenesense.simulation.view import (
+    EVEN_LIGHT,
+    Light,
+    draw_light,
+    frame_scene,
+    renderer_intrinsics,
+)
 from ros_scenesense.simulation.wish import ANY, Wish, structures_of
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.camera import Picture
 
+__all__ = [
+    "CAMERA_FRAME",
+    "Draft",
+    "PlacedObject",
+    "Shot",
+    "SimulatedScene",
+    "SimulationConfiguration",
+    "SimulationEngine",
+]
+
 CAMERA_FRAME = "camera_color_optical_frame"
-
-
-@dataclass(frozen=True)
-class SimulationConfiguration:
-    """Parameters of the simulated world and its camera."""
-
-    arrangement: str = parameter(
-        "mixed",
-        "how objects are arranged; mixed takes towers, spread and intersection in turn",
-        choices=tuple(str(arrangement) for arrangement in Arrangement),
-    )
-    width: int = parameter(320, "width of the images in pixels", minimum=64, maximum=1920)
-    height: int = parameter(240, "height of the images in pixels", minimum=64, maximum=1080)
-    field_of_view_deg: float = parameter(
-        40.0, "vertical field of view of the camera in degrees", minimum=20.0, maximum=90.0
-    )
-    pitch_min_deg: float = parameter(
-        15.0, "least angle in degrees at which the camera looks down", minimum=5.0, maximum=60.0
-    )
-    pitch_max_deg: float = parameter(
-        30.0, "largest angle in degrees at which the camera looks down", minimum=5.0, maximum=60.0
-    )
-    yaw_deg: float = parameter(
-        30.0,
-        "the camera stands behind the table's centre, turned about it by up to this many degrees",
-        minimum=0.0,
-        maximum=180.0,
-    )
-    roll_deg: float = parameter(
-        0.0,
-        "the camera is turned about its optical axis by up to this many degrees",
-        minimum=0.0,
-        maximum=20.0,
-    )
-    distance_max: float = parameter(
-        1.3,
-        "the camera stands at most this many times as far as it must to see everything",
-        minimum=1.0,
-        maximum=4.0,
-    )
-    shadows: bool = parameter(True, "whether objects cast shadows")
-    textures: bool = parameter(True, "whether objects have textures")
-    backgrounds: int = parameter(
-        8, "number of different tables and walls; 0 = plain", minimum=0, maximum=MOST_BACKGROUNDS
-    )
-    objects_dir: str = parameter(
-        "", "folder of *.yaml files with objects that are added or replace shipped ones"
-    )
-    ycb_dir: str = parameter(
-        "", "folder of the YCB models that replace their stand-ins; empty = stand-ins"
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +77,7 @@ class SimulatedScene:
         objects: What is known of every object.
         object_labels: Truth about every object, in the order of `objects`.
         structure_labels: Truth about every structure, sorted by its members.
-        arrangement: `towers`, `spread` or `intersection`.
+        arrangement: `towers`, `spread`, `intersection`, `relations`, or `written` by a person.
         supports: Pairs (upper, lower) of names: what stands on what.
         placed: Where every object is, in the order of `objects`.
         relations: True relations of every pair, in the viewer's naming frame.
@@ -144,7 +115,7 @@ class SimulationEngine:
         from ros_scenesense.simulation.survey import Surveyor
         from ros_scenesense.simulation.world import World
 
-        _check(configuration)
+        check(configuration)
         self._configuration = configuration
         self._intrinsics = renderer_intrinsics(
             configuration.width, configuration.height, configuration.field_of_view_deg
@@ -186,6 +157,28 @@ class SimulationEngine:
         raise SimulationError(
             f"scene (seed {seed}, index {index}): of {built} that were built none {_asked(wish)}"
         )
+
+    def written(self, file: SceneFile) -> SimulatedScene:
+        """Makes the scene that a file describes, always the same.
+
+        Raises:
+            SimulationError: If the catalogue does not have its objects, or things do not stand as
+                the file says; the text names the file.
+        """
+        from ros_scenesense.simulation.contacts import misplaced
+
+        layout, camera = file.layout(self._catalogue), file.scene.camera
+        draft = Draft(layout, math.radians(camera.yaw_deg))
+        self._world.build(layout.pieces)
+        wrong = misplaced(self._world, layout)
+        if wrong:
+            raise SimulationError(f"{file.path}: {wrong}")
+        pose = self._framed(draft, camera.pitch_deg, camera.distance, 0.0)
+        stable = stability(self._world, structures_of(layout), _rng(0, 0, "jitter"))
+        self._world.reset()
+        picture = self._camera.picture(pose, EVEN_LIGHT)
+        looks = Appearance(background=file.scene.background)
+        return self._scene(draft, Shot(pose, EVEN_LIGHT, looks, picture), stable)
 
     def close(self) -> None:
         """Ends the physics client."""
@@ -237,15 +230,20 @@ class SimulationEngine:
         """From where the world as built is photographed, and in which light."""
         configuration = self._configuration
         pitch_deg = rng.uniform(configuration.pitch_min_deg, configuration.pitch_max_deg)
-        pose = frame_scene(
+        distance = rng.uniform(1.0, configuration.distance_max)
+        roll_deg = configuration.roll_deg * rng.uniform(-1.0, 1.0)
+        return self._framed(draft, pitch_deg, distance, roll_deg), draw_light(rng)
+
+    def _framed(self, draft: Draft, pitch_deg: float, distance: float, roll_deg: float) -> Pose:
+        """Where the camera must be to see the world as built."""
+        return frame_scene(
             self._world.corners(),
             self._intrinsics,
             pitch_rad=math.radians(pitch_deg),
             yaw_rad=draft.yaw_rad,
-            distance_factor=rng.uniform(1.0, configuration.distance_max),
-            roll_rad=math.radians(configuration.roll_deg) * rng.uniform(-1.0, 1.0),
+            distance_factor=distance,
+            roll_rad=math.radians(roll_deg),
         )
-        return pose, draw_light(rng)
 
     def _may_see_everything(self, pose: Pose) -> bool:
         """A glance, much cheaper than the stability test and the picture that it may save."""
@@ -341,16 +339,6 @@ def _asked(wish: Wish) -> str:
     if wish == ANY:
         return "shows all objects to the camera: change pitch_min_deg and pitch_max_deg"
     return f"is as wished ({wish})"
-
-
-def _check(configuration: SimulationConfiguration) -> None:
-    for declared in parameters_of(type(configuration)):
-        declared.check(getattr(configuration, declared.name))
-    low, high = configuration.pitch_min_deg, configuration.pitch_max_deg
-    if low > high:
-        raise SimulationError(
-            f"pitch_min_deg is {low:g}, pitch_max_deg is {high:g}: the first must not be larger"
-        )
 
 
 def _known(number: int, piece: Piece) -> KnownObject:

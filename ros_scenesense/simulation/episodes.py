@@ -6,6 +6,7 @@ drawn from these. So the same story always leads to the same world, in whatever 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from ros_scenesense.simulation.engine import (
     SimulationConfiguration,
     SimulationEngine,
 )
+from ros_scenesense.simulation.scene_files import SceneFile
 from ros_scenesense.simulation.stability import stability, structure_stability
 from ros_scenesense.simulation.wish import ANY, Wish
 
@@ -60,10 +62,14 @@ class EpisodeEngine(SimulationEngine):
 
     Args:
         configuration: Parameters of all scenes.
+        files: If there are any, these scenes are made instead of drawn ones, by their index.
     """
 
-    def __init__(self, configuration: SimulationConfiguration) -> None:
+    def __init__(
+        self, configuration: SimulationConfiguration, files: Sequence[SceneFile] = ()
+    ) -> None:
         super().__init__(configuration)
+        self._files = tuple(files)
         self._seen: tuple[Draft, Shot] | None = None
         # The newest story and its world, which stands until another scene is built.
         self._story: Story | None = None
@@ -72,6 +78,8 @@ class EpisodeEngine(SimulationEngine):
     def scene(self, seed: int, index: int, wish: Wish = ANY) -> SimulatedScene:
         """Makes a scene that nobody has acted in; see `SimulationEngine.scene`."""
         self._story = None
+        if self._files:
+            return self.written(self._files[index])
         return super().scene(seed, index, wish)
 
     def act(

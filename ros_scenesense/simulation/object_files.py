@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated
 
 import msgspec
-import yaml
 
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.scene import Size, Surface
+from ros_scenesense.simulation.data_files import read_data
 
 
 class Color(StrEnum):
@@ -183,16 +183,7 @@ def read_objects(folder: Path) -> dict[str, tuple[ObjectSpec, Path]]:
 
 
 def _read(file: Path) -> list[ObjectSpec]:
-    try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-        specs = msgspec.convert(content, list[ObjectSpec])
-    except (OSError, UnicodeError) as error:
-        raise SimulationError(f"{file} cannot be read: {error}") from error
-    except (yaml.YAMLError, RecursionError) as error:
-        words = " ".join(str(error).split())
-        raise SimulationError(f"{file} is no YAML: {words}") from error
-    except msgspec.ValidationError as error:
-        raise SimulationError(f"{file}: {_explained(str(error))}") from error
+    specs = read_data(file, list[ObjectSpec])
     for index, spec in enumerate(specs):
         for field, words in _contradictions(spec):
             raise SimulationError(f"{file}: $[{index}]{field} {words}")
@@ -248,38 +239,3 @@ def radius_at(profile: tuple[ProfilePoint, ...], z: float) -> float:
         if z0 <= z <= z1 and z1 > z0:
             return r0 + (r1 - r0) * (z - z0) / (z1 - z0)
     return profile[0][0] if z <= profile[0][1] else profile[-1][0]
-
-
-def _explained(words: str) -> str:
-    """A validation error that ends with what is allowed."""
-    _, _, path = words.rpartition(" - at ")
-    kind = _type_at(path.strip("`") if " - at " in words else "$")
-    if "unknown field" in words or "missing required field" in words:
-        fields = getattr(kind, "__struct_fields__", ())
-        return f"{words}; known fields are {', '.join(fields)}"
-    if isinstance(kind, type) and issubclass(kind, StrEnum):
-        return f"{words}; allowed are {', '.join(kind)}"
-    return words
-
-
-def _type_at(path: str) -> Any:
-    """The declared type of the value at a path such as `$[0].mesh.scale`."""
-    kind: Any = list[ObjectSpec]
-    for part in path.removeprefix("$").replace("[", ".[").split(".")[1:]:
-        kind = _without_none(kind)
-        if part.startswith("["):
-            kind = next(iter(get_args(kind)), None)
-        else:
-            fields = msgspec.structs.fields(kind) if hasattr(kind, "__struct_fields__") else ()
-            kind = next((field.type for field in fields if field.encode_name == part), None)
-    return _without_none(kind)
-
-
-def _without_none(kind: Any) -> Any:
-    """The type itself of an annotated or optional one."""
-    if hasattr(kind, "__metadata__"):
-        kind = kind.__origin__
-    members = [member for member in get_args(kind) if member is not type(None)]
-    if type(None) in get_args(kind) and len(members) == 1:
-        return _without_none(members[0])
-    return kind

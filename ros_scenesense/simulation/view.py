@@ -28,6 +28,10 @@ class Light:
     color: Vector = (1.0, 1.0, 1.0)
 
 
+EVEN_LIGHT = Light(direction=(-0.5, 0.1, 0.86), ambient=0.5, diffuse=0.45)
+"""A lamp behind and above the viewer, as scenes have it in the middle."""
+
+
 def draw_light(rng: np.random.Generator) -> Light:
     """A lamp high on the camera's side of the scene, as a room has it; warmer or colder."""
     azimuth = rng.uniform(math.radians(85.0), math.radians(275.0))

@@ -14,6 +14,7 @@ from ros_scenesense.parameters import parameter
 from ros_scenesense.simulation.engine import SimulatedScene, SimulationConfiguration
 from ros_scenesense.simulation.episodes import EpisodeEngine, Story
 from ros_scenesense.simulation.noise import NONE, PRESETS, noisy_frame
+from ros_scenesense.simulation.scene_files import read_scenes
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.actions import ActionOutcome
@@ -48,6 +49,17 @@ class SimulatedCameraConfiguration(SimulationConfiguration):
     dataset: str = parameter(
         "", "folder of a dataset whose scenes are shown; empty = they are simulated"
     )
+    scene_files: str = parameter(
+        "",
+        "scene file, or folder of scene files, whose scenes are shown in order and can be acted "
+        "in; empty = they are drawn",
+    )
+    withheld_attributes: float = parameter(
+        0.0,
+        "share of the objects' attributes (size, surface, shape, colour) that `scene` leaves out",
+        minimum=0.0,
+        maximum=1.0,
+    )
     noise: str = parameter(
         NONE,
         "how the depth camera errs: not at all, or as the first Kinect does",
@@ -70,7 +82,9 @@ class CameraEngine:
     """
 
     def __init__(self, configuration: SimulatedCameraConfiguration) -> None:
-        self._simulation = EpisodeEngine(configuration)
+        files = configuration.scene_files
+        scenes = read_scenes(Path(files).expanduser()) if files else []
+        self._simulation = EpisodeEngine(configuration, scenes)
         self._noise = configuration.noise
 
     def scene(self, seed: int, number: int) -> tuple[SimulatedScene, float]:

@@ -10,7 +10,8 @@ from typing import Any
 
 import msgspec
 
-from ros_scenesense.grounding.control import settle
+from ros_scenesense.grounding.control import ARBITER, SWITCH, Control
+from ros_scenesense.grounding.trust import TrustSettings
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Groundings, PairGrounding, Relations, Trust
 from ros_scenesense.parameters import parameter
@@ -24,6 +25,12 @@ _REMEMBERED = 2000
 class GroundingControlConfiguration:
     """Parameters of the control node."""
 
+    mode: str = parameter(
+        ARBITER,
+        "switch: the grounding that is trusted more names all relations, as in the paper; arbiter: "
+        "trust is one per kind of relation, and how sure a grounding is counts too",
+        choices=(ARBITER, SWITCH),
+    )
     trust_qsr: float = parameter(
         0.9, "trust in the qualitative grounding before any feedback", minimum=0.0, maximum=1.0
     )
@@ -36,12 +43,17 @@ class GroundingControlStage:
     """Turns each scene's groundings into relations, by the more trusted model.
 
     Attributes:
+        control: Chooses between the groundings.
         trust: The trust in the models, as published at the start.
     """
 
     def __init__(self, configuration: GroundingControlConfiguration) -> None:
         self.configuration = configuration
         self.health = Health()
+        self.control = Control(
+            configuration.mode,
+            TrustSettings(qsr=configuration.trust_qsr, msr=configuration.trust_msr),
+        )
         self.trust = Trust(
             stamp=Stamp.of(0),
             revision=0,
@@ -92,7 +104,7 @@ class GroundingControlStage:
 
     def _relations(self, groundings: Groundings) -> list[Outgoing]:
         start = time.perf_counter()
-        settled = settle(self._proper_pairs(groundings), self.trust)
+        settled = self.control.settle(self._proper_pairs(groundings))
         self.health.count("scenes_settled")
         self.health.count("disagreements", settled.disagreements)
         relations = Relations(

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import secrets
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,11 +16,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ros_scenesense.errors import ParameterError
 from ros_scenesense.messages.actions import Action
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.simulation.engine import SimulatedScene
+from ros_scenesense.simulation.scene_files import read_scenes
 from ros_scenesense.stages.camera_engine import (
     CameraEngine,
     PlayingEngine,
@@ -32,7 +32,9 @@ from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
+from ros_scenesense.stages.sessions import new_session
 from ros_scenesense.stages.state_file import state_path
+from ros_scenesense.stages.withholding import withhold
 
 __all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
 
@@ -53,6 +55,8 @@ class SimulatedCameraStage:
 
     Raises:
         DatasetError: If a dataset is to be shown, and the folder is none.
+        SimulationError: If scene files are to be shown, and one is missing or wrong.
+        ParameterError: If both are to be shown.
         StateError: If camera.db cannot be used.
     """
 
@@ -63,7 +67,7 @@ class SimulatedCameraStage:
         self._last_stamp_ns = 0
         self._ledger = SceneLedger(state_path(configuration.state_dir, "camera.db"), self.health)
         self._dataset = Path(configuration.dataset).expanduser() if configuration.dataset else None
-        self._length = math.inf if self._dataset is None else _length_of(self._dataset)
+        self._length = _length_of(configuration)
         self._episodes = Episodes(
             self._ledger,
             configuration.seed,
@@ -255,16 +259,18 @@ class SimulatedCameraStage:
         scene_id = self._scene_id(number)
         training = self.configuration.mode == "training"
         step = self._ledger.step(self.session, number)
+        story = self._episodes.story(self.session, number)
+        share = self.configuration.withheld_attributes
         return [
             Scene(
                 stamp=stamp,
                 scene_id=scene_id,
                 mode="training" if training else "testing",
-                objects=scene.objects,
+                objects=withhold(scene.objects, share, story.seed, story.index),
                 camera_pose=scene.frame.camera_pose,
                 episode_id=step.episode_id if step is not None else None,
                 step=step.count if step is not None else 0,
-                in_hand=self._episodes.story(self.session, number).in_hand,
+                in_hand=story.in_hand,
             ),
             Labels(
                 stamp=stamp,
@@ -305,13 +311,17 @@ class SimulatedCameraStage:
         return int(number)
 
 
-def new_session() -> str:
-    """A name for a session that no other one has."""
-    return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
-
-
-def _length_of(dataset: Path) -> int:
+def _length_of(configuration: SimulatedCameraConfiguration) -> float:
+    """How many scenes there are to show."""
+    if configuration.dataset and configuration.scene_files:
+        raise ParameterError(
+            "parameters 'dataset' and 'scene_files' are both set: leave out one of them"
+        )
+    if configuration.scene_files:
+        return len(read_scenes(Path(configuration.scene_files).expanduser()))
+    if not configuration.dataset:
+        return math.inf
     # A camera that simulates needs nothing of this.
     from ros_scenesense.simulation.dataset.folder import DatasetFolder
 
-    return DatasetFolder(dataset).read_metadata().count
+    return DatasetFolder(Path(configuration.dataset).expanduser()).read_metadata().count

@@ -1,0 +1,1 @@
+"""One real RGB-D frame through the pipeline, from files, without ROS."""
