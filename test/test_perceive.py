@@ -80,7 +80,7 @@ class TestFound:
     def test_no_table_is_one_error(self):
         rng = np.random.default_rng(0)
         depth = rng.uniform(0.5, 3.0, FRAME.depth.shape).astype(np.float32)
-        with pytest.raises(FrameError, match="the frame was not grounded.* table"):
+        with pytest.raises(FrameError, match=r"the frame was not grounded.* table"):
             perceive(dataclasses.replace(FRAME, depth=depth, instances=None))
 
     @pytest.mark.parametrize("factor", [1000.0, 0.001, 0.0, float("nan")])
