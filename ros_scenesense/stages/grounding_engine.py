@@ -31,12 +31,16 @@ from ros_scenesense.perception.clouds import (
     frame_cloud,
     object_clouds,
 )
+from ros_scenesense.perception.depth_units import unit_fault
 from ros_scenesense.perception.plane import find_plane
+from ros_scenesense.perception.segmentation import segment
 from ros_scenesense.scene import Frame, NamingFrame
 from ros_scenesense.stages.protocol import Cloud, Timing
 from ros_scenesense.stages.scene_objects import objects_of, perceived
 
 _TABLE_SAMPLE = 2000
+TOPIC, SELF = "topic", "self"
+AUTO, GIVEN, OWN = "auto", "given", "own"
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,38 @@ class GroundingConfiguration:
         10.0, "seconds that a scene waits for its images, or images for their scene", minimum=0.1
     )
     job_deadline_s: float = parameter(10.0, "seconds that grounding a scene may take", minimum=0.1)
+    scene_source: str = parameter(
+        TOPIC,
+        "who announces scenes: a camera on the topic scene, or grounding itself for a camera that "
+        "announces none",
+        choices=(TOPIC, SELF),
+    )
+    capture_rate_hz: float = parameter(
+        0.0,
+        "scenes per second that grounding announces itself; 0 = one for each call of the service "
+        "grounding/capture",
+        minimum=0.0,
+        maximum=60.0,
+    )
+    instances: str = parameter(
+        AUTO,
+        "who tells objects apart: instance ids that somebody gives, or grounding's own "
+        "segmentation; auto = own if grounding announces the scenes itself",
+        choices=(AUTO, GIVEN, OWN),
+    )
+    session: str = parameter(
+        "",
+        "first part of the scene ids that grounding gives itself; a session that exists is "
+        "continued, empty = a new one",
+    )
+    state_dir: str = parameter(
+        "", "folder that grounding remembers in; empty = nothing is remembered"
+    )
+
+    @property
+    def segments(self) -> bool:
+        """Whether grounding tells the objects apart itself."""
+        return self.instances == OWN or (self.instances == AUTO and self.scene_source == SELF)
 
 
 class GroundingResult(NamedTuple):
@@ -77,12 +113,14 @@ class GroundingResult(NamedTuple):
     Attributes:
         groundings: The relations of every directed pair of located objects.
         objects: All objects, located or not.
+        instances: (H, W) uint16 instance ids that were used, 0 = background.
         timings: How long the steps took.
         problems: What was wrong, as (kind, words) for the stage's health.
     """
 
     groundings: Groundings
     objects: Objects
+    instances: npt.NDArray[np.uint16]
     timings: list[Timing]
     problems: list[tuple[str, str]]
 
@@ -99,19 +137,32 @@ class GroundingEngine:
         """Locates the objects of a scene and grounds the relations between them.
 
         Args:
-            frame: The images, with instance ids.
+            frame: The images, with instance ids unless the configuration says to segment them.
             scene: Which objects they show. Instance ids that it does not name are objects too.
 
         Raises:
-            FrameError: If the frame has no instance ids.
+            FrameError: If the frame lacks instance ids, shows no table to segment it by, or more
+                objects than are allowed.
         """
+        fault = _depth_fault(frame)
+        if fault is not None:
+            kind, words = fault
+            problem = (kind, f"scene {scene.scene_id}: {words}, nothing is located")
+            return unlocated(frame, scene, self.configuration)._replace(problems=[problem])
         watch = _Stopwatch()
         rng = np.random.default_rng(self.configuration.seed)
-        instances = instances_of(frame)
-        known = objects_of(instances, scene)
         points = frame.intrinsics.back_project(frame.depth)
-        if not np.isfinite(points[..., 2]).any():
-            return _without_depth(frame, scene, self.configuration)
+        if self.configuration.segments:
+            instances = segment(points, rng)
+            watch.lap("segmentation")
+        else:
+            instances = instances_of(frame)
+        known = objects_of(instances, scene)
+        if len(known) > self.configuration.max_objects:
+            raise FrameError(
+                f"{len(known)} objects were found, the parameter max_objects is "
+                f"{self.configuration.max_objects}"
+            )
         ids = [one.instance for one in known]
         clouds = object_clouds(points, instances, ids, self.configuration.points_per_object, rng)
         watch.lap("clouds")
@@ -132,7 +183,7 @@ class GroundingEngine:
         problems = []
         if wrong is not None and pairs:
             problems.append(("naming_frame", f"scene {scene.scene_id}: {wrong}"))
-        return GroundingResult(groundings, objects, watch.read(), problems)
+        return GroundingResult(groundings, objects, instances, watch.read(), problems)
 
     def cloud(self, frame: Frame) -> Cloud:
         """The coloured points of a frame, for people to see."""
@@ -166,20 +217,30 @@ def instances_of(frame: Frame) -> npt.NDArray[np.uint16]:
 def unlocated(frame: Frame, scene: Scene, configuration: GroundingConfiguration) -> GroundingResult:
     """The result when nothing could be located: no relations, but every object is listed."""
     name = NamingFrame.CAMERA if configuration.frame == CAMERA else NamingFrame.VIEWER
-    listed = [perceived(one) for one in objects_of(instances_of(frame), scene)]
+    instances = np.zeros(frame.depth.shape, np.uint16)
+    if not configuration.segments:
+        instances = instances_of(frame)
+    listed = [perceived(one) for one in objects_of(instances, scene)]
     return GroundingResult(
-        _groundings(scene, name, []), _objects(frame, scene, listed), timings=[], problems=[]
+        _groundings(scene, name, []),
+        _objects(frame, scene, listed),
+        instances,
+        timings=[],
+        problems=[],
     )
 
 
-def _without_depth(
-    frame: Frame, scene: Scene, configuration: GroundingConfiguration
-) -> GroundingResult:
-    words = (
-        f"no pixel of the depth image of scene {scene.scene_id} has a reading, nothing is located: "
-        "check the depth camera and the encoding (32FC1 in metres or 16UC1 in millimetres)"
-    )
-    return unlocated(frame, scene, configuration)._replace(problems=[("empty_depth", words)])
+def _depth_fault(frame: Frame) -> tuple[str, str] | None:
+    """Why the depth image locates nothing, as (kind, words); None if it does."""
+    if not (np.isfinite(frame.depth) & (frame.depth > 0.0)).any():
+        return "empty_depth", (
+            "no pixel of the depth image has a reading: check the depth camera and the encoding "
+            "(32FC1 in metres or 16UC1 in millimetres)"
+        )
+    wrong_units = unit_fault(frame.depth)
+    if wrong_units is not None:
+        return "depth_units", f"{wrong_units}; 32FC1 must be metres, 16UC1 millimetres"
+    return None
 
 
 def _pairs(
