@@ -125,7 +125,7 @@ class _Pieces:
         color = math.hypot(float(change[1]), float(change[2])) / 10.0
         enclosed = pairs / max(1.0, min(self._outline[one], self._outline[other]))
         smooth = max(0.0, 1.0 - step - concave)
-        return (
+        return float(
             w.step * step
             + w.concave * concave
             + w.convex * convex

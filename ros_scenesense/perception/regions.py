@@ -161,4 +161,4 @@ def _flooded(lab: Image) -> npt.NDArray[np.uint8]:
     """The 8-bit image (h, w, 3) whose edges stop a flood."""
     scale = np.array([1.0 / LIGHTNESS_WEIGHT, 2.0, 2.0], dtype=np.float32)
     scaled = lab * scale + np.array([0.0, 128.0, 128.0], dtype=np.float32)
-    return np.clip(scaled, 0.0, 255.0).astype(np.uint8)
+    return np.asarray(np.clip(scaled, 0.0, 255.0), dtype=np.uint8)

@@ -7,6 +7,7 @@ are filled from next to them for the sake of the filters; callers mask them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from ros_scenesense.geometry import Intrinsics
 Image = npt.NDArray[np.float32]
 Mask = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
+Value = TypeVar("Value", np.float32, np.int32)
 
 LIGHTNESS_WEIGHT = 0.35
 """Light and shadow change the lightness of a surface, hardly its hue."""
@@ -55,9 +57,10 @@ def measure_surface(
     """
     filled = spread(depth, depth > 0.0)
     # In inverse depth the noise of triangulating cameras is about the same at all distances.
-    inverse = 1.0 / filled
+    inverse = np.asarray(1.0 / filled, dtype=np.float32)
     for _ in range(2):
-        inverse = cv2.bilateralFilter(inverse, _WINDOW, _INVERSE_STEP, _REACH)
+        smoothed = cv2.bilateralFilter(inverse, _WINDOW, _INVERSE_STEP, _REACH)
+        inverse = np.asarray(smoothed, dtype=np.float32)
     z = np.asarray(1.0 / inverse, dtype=np.float32)
     height, width = z.shape
     u = ((np.arange(column, column + width) - intrinsics.cx) / intrinsics.fx).astype(np.float32)
@@ -68,7 +71,7 @@ def measure_surface(
     return Surface(points, normals, bend, _lab(color))
 
 
-def spread(values: npt.NDArray[np.generic], known: Mask) -> npt.NDArray[np.generic]:
+def spread(values: npt.NDArray[Value], known: Mask) -> npt.NDArray[Value]:
     """The values (h, w) with those of unknown pixels taken from the nearest known one."""
     if not known.any():
         return values

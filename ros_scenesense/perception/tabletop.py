@@ -127,7 +127,7 @@ def _polynomial(x: npt.NDArray[np.floating], y: npt.NDArray[np.floating], bend: 
 
 def _bend(x: Float, y: Float, heights: Float) -> Float:
     """Coefficients (6,) of the quadratic surface through the table's points, in two passes."""
-    bend = np.zeros(6)
+    bend: Float = np.zeros(6)
     if len(x) < _FEWEST_IN_BIN:
         return bend
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
@@ -135,7 +135,7 @@ def _bend(x: Float, y: Float, heights: Float) -> Float:
         kept = np.abs(heights - terms @ bend) < limit
         if np.count_nonzero(kept) < _FEWEST_IN_BIN:
             break
-        bend = np.linalg.lstsq(terms[kept], heights[kept], rcond=None)[0]
+        bend = np.asarray(np.linalg.lstsq(terms[kept], heights[kept], rcond=None)[0])
     return bend
 
 
