@@ -25,7 +25,7 @@ def unit_fault(depth: npt.NDArray[np.floating]) -> str | None:
     readings = depth[np.isfinite(depth) & (depth > 0.0)]
     if readings.size == 0:
         return None
-    median = float(np.median(readings))
+    median = float(np.median(readings.astype(np.float64)))
     if median > FARTHEST_M:
         return (
             f"half of the depth readings are beyond {median:.4g} m, no table is so far away: they "
