@@ -18,6 +18,7 @@ COMMANDS = {
     "params": "list the parameters of all nodes, or make a params file",
     "dataset": "make, verify, count and show datasets of simulated scenes",
     "scene": "draw one scene and list what is known of it",
+    "perceive": "find objects, relations and decisions in one real RGB-D frame",
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
