@@ -11,9 +11,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from ros_scenesense.knowledge.axioms import Axiom, StateConstraint
+from ros_scenesense.knowledge.axioms import Axiom, Default, StateConstraint
 from ros_scenesense.knowledge.description import SystemDescription
-from ros_scenesense.knowledge.literals import Atom, Belief, Condition, Literal
+from ros_scenesense.knowledge.literals import Atom, Belief, Condition
 from ros_scenesense.knowledge.signature import AttributeKind
 from ros_scenesense.knowledge.terms import Term
 from ros_scenesense.messages.grounding import Relation
@@ -74,10 +74,8 @@ def relevance(description: SystemDescription, task: Task) -> Relevance:
     heads = [
         axiom
         for axiom in description.axioms
-        if any(
-            isinstance(head, Literal) and head.atom.name == FLUENTS[task]
-            for head in axiom.conclusions
-        )
+        # Defaults of an initial state are about plans, not about what an image shows.
+        if isinstance(axiom, StateConstraint | Default) and axiom.head.atom.name == FLUENTS[task]
     ]
     definitions = _definitions(description)
     patterns = {pattern for axiom in heads for pattern in _patterns(axiom, definitions)}
