@@ -5,11 +5,12 @@ import pytest
 
 from ros_scenesense.attention.networks import checkpoints, training
 from ros_scenesense.attention.networks.alexnet import AlexNetConfiguration
+from ros_scenesense.attention.networks.answers import TrainedNetwork
 from ros_scenesense.attention.networks.kinds import build
 from ros_scenesense.attention.networks.lenet import LeNetConfiguration
 from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
 from ros_scenesense.attention.networks.samples import Samples
-from ros_scenesense.attention.networks.training import TrainedNetwork, TrainingConfiguration, train
+from ros_scenesense.attention.networks.training import TrainingConfiguration, train
 from ros_scenesense.errors import NetworkError
 
 SMALL = LeNetConfiguration(side=24, objects=2)
@@ -214,7 +215,7 @@ def test_too_little_memory_is_said(monkeypatch):
     def none_left(*_arguments):
         raise torch.OutOfMemoryError("CUDA out of memory")
 
-    monkeypatch.setattr(training._Run, "step", none_left)
+    monkeypatch.setattr(training.Training, "_step", none_left)
     with pytest.raises(NetworkError, match="too little memory for batches of 8"):
         train(SMALL, random_samples(SMALL, 3), QUICK)
 

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ros_scenesense.attention.networks import checkpoints
+from ros_scenesense.attention.networks.answers import TrainedNetwork, logits_of, masked_loss
 from ros_scenesense.attention.networks.kinds import NetworkConfiguration, build
 from ros_scenesense.attention.networks.samples import Samples
 from ros_scenesense.errors import NetworkError
@@ -76,57 +77,6 @@ class Progress:
     validation_loss: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class TrainedNetwork:
-    """A network that answers with probabilities.
-
-    Attributes:
-        network: The network, with the best weights.
-        temperature: Its logits are divided by it, so that probabilities are shares of right
-            answers (Guo et al., 2017); measured on the held-out scenes.
-        validation_loss: On the held-out scenes; None without any.
-        iterations: Batches that the weights were trained on.
-    """
-
-    network: nn.Module
-    temperature: float = 1.0
-    validation_loss: float | None = None
-    iterations: int = 0
-
-    def probabilities(
-        self, images: npt.NDArray[np.float32], numbers: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.float32]:
-        """Probabilities (N, O) of the outputs being true, for images (N, C, side, side)."""
-        logits = _logits(self.network, images, numbers)
-        return np.asarray(torch.sigmoid(logits / self.temperature).numpy(), dtype=np.float32)
-
-    def save(self, path: Path) -> None:
-        """Writes it, atomically.
-
-        Raises:
-            NetworkError: If the file cannot be written.
-        """
-        content = {
-            "temperature": self.temperature,
-            "validation_loss": self.validation_loss,
-            "iterations": self.iterations,
-        }
-        checkpoints.save(path, self.network, content)
-
-    @classmethod
-    def load(cls, path: Path) -> TrainedNetwork:
-        """Reads what `save` wrote.
-
-        Raises:
-            NetworkError: If the file is missing, damaged or of another version.
-        """
-        network, content = checkpoints.load(path)
-        try:
-            return cls(network, **content)
-        except TypeError as error:
-            raise NetworkError(f"'{path}' is a checkpoint of a training, no network") from error
-
-
 def train(
     network_configuration: NetworkConfiguration,
     samples: Samples,
@@ -141,7 +91,7 @@ def train(
 
     Args:
         network_configuration: Which network.
-        samples: What to learn.
+        samples: What to learn; a share of their scenes is held out.
         configuration: How to train.
         report: Called at every look at the held-out scenes.
         checkpoint: File that keeps the state of the training at every look. One of the same
@@ -152,62 +102,61 @@ def train(
         NetworkError: If the samples cannot teach anything, the device has too little memory, or the
             checkpoint is damaged or of another training.
     """
-    _check(samples)
-    try:
-        run = _Run(network_configuration, samples, configuration, device)
-        if checkpoint is not None and checkpoint.exists():
-            run.resume(checkpoint)
-        while not run.finished:
-            run.step()
-            if run.iteration % configuration.interval == 0 or run.finished:
-                report(run.look())
-                if checkpoint is not None and not run.finished:
-                    run.save(checkpoint)
-        trained = run.result()
-    except torch.OutOfMemoryError as error:
-        raise NetworkError(
-            f"the device '{device}' has too little memory for batches of {configuration.batch}: "
-            "take smaller batches, or the CPU"
-        ) from error
+    held_out = None
+    if configuration.validation_share > 0.0 and len(samples):
+        generator = np.random.default_rng(configuration.seed)
+        samples, held_out = samples.split(configuration.validation_share, generator)
+    training = Training(network_configuration, samples, held_out, configuration, device)
+    if checkpoint is not None and checkpoint.exists():
+        training.resume(checkpoint)
+    while not training.finished:
+        report(training.advance())
+        if checkpoint is not None and not training.finished:
+            training.save(checkpoint)
     if checkpoint is not None:
         checkpoint.unlink(missing_ok=True)
-    return trained
+    return training.result()
 
 
-def masked_loss(logits: Tensor, answers: Tensor) -> Tensor:
-    """Mean cross-entropy over the outputs (B, O) that have an answer; 0 where none has one."""
-    known = ~torch.isnan(answers)
-    if not known.any():
-        return logits.sum() * 0.0
-    return nn.functional.binary_cross_entropy_with_logits(logits[known], answers[known])
+class Training:
+    """A training that is under way, to be advanced piece by piece.
 
+    Args:
+        network_configuration: Which network; it starts from new weights.
+        samples: What to learn.
+        held_out: What decides when to stop, and calibrates; None trains to the last iteration.
+        configuration: How to train; its `validation_share` has been used already.
+        device: `cpu`, `cuda`, `cuda:1`, ...
 
-class _Run:
-    """A training that is under way."""
+    Raises:
+        NetworkError: If the samples cannot teach anything, or there is no such device.
+    """
 
     def __init__(
         self,
         network_configuration: NetworkConfiguration,
         samples: Samples,
+        held_out: Samples | None,
         configuration: TrainingConfiguration,
-        device: str,
+        device: str = "cpu",
     ) -> None:
+        _check(samples)
         self._configuration = configuration
         self._identity = {
             "network": asdict(network_configuration),
             "training": asdict(configuration),
             "samples": len(samples),
+            "held_out": 0 if held_out is None else len(held_out),
         }
         self._generator = np.random.default_rng(configuration.seed)
-        self._training, self._held_out = samples, None
-        if configuration.validation_share > 0.0:
-            self._training, self._held_out = samples.split(
-                configuration.validation_share, self._generator
-            )
+        self._training, self._held_out = samples, held_out
         # Dropout draws from torch's own randomness: a state of its own keeps runs independent.
-        self._random_state = torch.random.get_rng_state()
         self._device = torch.device(device)
-        self.network = build(network_configuration, configuration.seed).to(self._device)
+        try:
+            self.network = build(network_configuration, configuration.seed).to(self._device)
+        except (RuntimeError, AssertionError) as error:
+            first = str(error).splitlines()[0]
+            raise NetworkError(f"device '{device}' cannot be used: {first}; take cpu") from error
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(configuration.seed)
             self._random_state = torch.random.get_rng_state()
@@ -229,35 +178,22 @@ class _Run:
         waited = self._held_out is not None and 0 < configuration.patience <= looks
         return waited or self.iteration >= configuration.iterations
 
-    def step(self) -> None:
-        """Trains on one batch."""
-        count = min(self._configuration.batch, len(self._training))
-        batch = self._training[self._generator.choice(len(self._training), count, replace=False)]
-        images = batch.images
-        if self._configuration.flip:
-            mirrored = self._generator.random(count) < 0.5
-            images = np.where(mirrored[:, None, None, None], images[..., ::-1], images)
-        self.network.train()
-        with torch.random.fork_rng(devices=[]):
-            torch.random.set_rng_state(self._random_state)
-            logits = self.network(self._tensor(images), self._tensor(batch.numbers))
-            self._random_state = torch.random.get_rng_state()
-        loss = masked_loss(logits, self._tensor(batch.answers))
-        self._optimizer.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        self._optimizer.step()
-        self._loss = float(loss.detach())
-        self.iteration += 1
+    def advance(self) -> Progress:
+        """Trains until the next look at what is held out, and looks.
 
-    def look(self) -> Progress:
-        """Measures on the held-out scenes and keeps the best weights."""
-        loss = None
-        if self._held_out is not None:
-            loss = self._validation_loss(self._held_out)
-            if loss < self._best["loss"]:
-                weights = copy.deepcopy(self.network.state_dict())
-                self._best = {"loss": loss, "iteration": self.iteration, "weights": weights}
-        return Progress(self.iteration, self._configuration.iterations, self._loss, loss)
+        Raises:
+            NetworkError: If the device has too little memory.
+        """
+        try:
+            while True:
+                self._step()
+                if self.iteration % self._configuration.interval == 0 or self.finished:
+                    return self._look()
+        except torch.OutOfMemoryError as error:
+            raise NetworkError(
+                f"the device '{self._device}' has too little memory for batches of "
+                f"{self._configuration.batch}: take smaller batches, or the CPU"
+            ) from error
 
     def save(self, path: Path) -> None:
         """Keeps all that it takes to go on."""
@@ -303,12 +239,42 @@ class _Run:
         network = self.network.cpu().eval()
         if self._held_out is None:
             return TrainedNetwork(network, iterations=iterations)
-        logits = _logits(network, self._held_out.images, self._held_out.numbers)
+        logits = logits_of(network, self._held_out.images, self._held_out.numbers)
         temperature = _temperature(logits, torch.from_numpy(self._held_out.answers))
         return TrainedNetwork(network, temperature, self._best["loss"], iterations)
 
+    def _step(self) -> None:
+        """Trains on one batch."""
+        count = min(self._configuration.batch, len(self._training))
+        batch = self._training[self._generator.choice(len(self._training), count, replace=False)]
+        images = batch.images
+        if self._configuration.flip:
+            mirrored = self._generator.random(count) < 0.5
+            images = np.where(mirrored[:, None, None, None], images[..., ::-1], images)
+        self.network.train()
+        with torch.random.fork_rng(devices=[]):
+            torch.random.set_rng_state(self._random_state)
+            logits = self.network(self._tensor(images), self._tensor(batch.numbers))
+            self._random_state = torch.random.get_rng_state()
+        loss = masked_loss(logits, self._tensor(batch.answers))
+        self._optimizer.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        self._optimizer.step()
+        self._loss = float(loss.detach())
+        self.iteration += 1
+
+    def _look(self) -> Progress:
+        """Measures on the held-out scenes and keeps the best weights."""
+        loss = None
+        if self._held_out is not None:
+            loss = self._validation_loss(self._held_out)
+            if loss < self._best["loss"]:
+                weights = copy.deepcopy(self.network.state_dict())
+                self._best = {"loss": loss, "iteration": self.iteration, "weights": weights}
+        return Progress(self.iteration, self._configuration.iterations, self._loss, loss)
+
     def _validation_loss(self, samples: Samples) -> float:
-        logits = _logits(self.network, samples.images, samples.numbers)
+        logits = logits_of(self.network, samples.images, samples.numbers)
         return float(masked_loss(logits, torch.from_numpy(samples.answers)))
 
     def _tensor(self, array: npt.NDArray[np.float32]) -> Tensor:
@@ -327,22 +293,6 @@ def _check(samples: Samples) -> None:
             f"all {known.size} answers are {said}: a network learns nothing from one class alone, "
             "collect examples of the other"
         )
-
-
-def _logits(
-    network: nn.Module, images: npt.NDArray[np.float32], numbers: npt.NDArray[np.float32]
-) -> Tensor:
-    """Logits (N, O) on the CPU, in batches that fit any device."""
-    device = next(network.parameters()).device
-    network.eval()
-    parts = []
-    with torch.inference_mode():
-        for start in range(0, len(images), 256):
-            part = slice(start, start + 256)
-            pixels = torch.from_numpy(np.ascontiguousarray(images[part])).to(device)
-            beside = torch.from_numpy(np.ascontiguousarray(numbers[part])).to(device)
-            parts.append(network(pixels, beside).cpu())
-    return torch.cat(parts)
 
 
 def _temperature(logits: Tensor, answers: Tensor) -> float:
