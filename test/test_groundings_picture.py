@@ -18,7 +18,9 @@ def state(tmp_path):
     """A folder with what a stage has learned; the stage still runs."""
     store = GroundingStore(tmp_path / "grounding.db", Health(), 10, MetricSettings())
     store.record_scene(record())
-    store.apply(update(1, sample("left a b", source="qsr"), sample("touching a b"), sample("in b c")))
+    store.apply(
+        update(1, sample("left a b", source="qsr"), sample("touching a b"), sample("in b c"))
+    )
     yield tmp_path
     store.close()
 
