@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.errors import FrameError
-from ros_scenesense.geometry import Pose
+from ros_scenesense.geometry import Pose, rotation_matrix
 from ros_scenesense.grounding.frames import (
     CAMERA,
     GRAVITY,
@@ -32,9 +32,9 @@ from ros_scenesense.perception.clouds import (
     frame_cloud,
     object_clouds,
 )
-from ros_scenesense.perception.depth_units import unit_fault
+from ros_scenesense.perception.depth_units import sparseness, unit_fault
 from ros_scenesense.perception.plane import find_plane
-from ros_scenesense.perception.segmentation import segment
+from ros_scenesense.perception.segmentation import find_objects
 from ros_scenesense.scene import Frame, NamingFrame
 from ros_scenesense.stages.pair_grounding import GroundedPairs, Learned, ground_scene
 from ros_scenesense.stages.protocol import Cloud, Timing
@@ -176,7 +176,7 @@ class GroundingEngine:
         rng = np.random.default_rng(self.configuration.seed)
         points = frame.intrinsics.back_project(frame.depth)
         if self.configuration.segments:
-            instances = segment(points, rng)
+            instances = _segmented(frame, scene, rng)
             watch.lap("segmentation")
         else:
             instances = instances_of(frame)
@@ -217,6 +217,9 @@ class GroundingEngine:
         watch.lap("relations")
         doubts = [one for one in (wrong, unknown) if one is not None and grounded.pairs]
         problems = [("naming_frame", f"scene {scene.scene_id}: {one}") for one in doubts]
+        sparse = sparseness(frame.depth) if self.configuration.segments else None
+        if sparse is not None:
+            problems.append(("sparse_depth", f"scene {scene.scene_id}: {sparse}"))
         return GroundingResult(groundings, objects, instances, watch.read(), problems, record)
 
     def cloud(self, frame: Frame) -> Cloud:
@@ -250,6 +253,20 @@ def instances_of(frame: Frame) -> npt.NDArray[np.uint16]:
             "with the stamp of the other images"
         )
     return frame.instances
+
+
+def _segmented(frame: Frame, scene: Scene, rng: np.random.Generator) -> npt.NDArray[np.uint16]:
+    """Instance ids of the objects that are found on the table.
+
+    Raises:
+        FrameError: If there is no table to find them on.
+    """
+    pose = scene.camera_pose or frame.camera_pose
+    up = None if pose is None else rotation_matrix(pose.orientation)[2]
+    found = find_objects(frame.color, frame.depth, frame.intrinsics, rng, up)
+    if found.wrong is not None:
+        raise FrameError(found.wrong)
+    return found.instances
 
 
 def unlocated(

@@ -20,12 +20,13 @@ from ros_scenesense.messages.attention import (
     StructureEstimate,
 )
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relations
+from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.reasoning import (
     Belief,
     Beliefs,
     Knowledge,
     KnownAxiom,
+    RetractedRelation,
     Verdicts,
 )
 from ros_scenesense.messages.scenes import KnownObject, Labels, Scene
@@ -154,10 +155,7 @@ class ReasonerStage:
         start = time.perf_counter()
         facts, problems = SceneFacts.checked(
             self._objects(scene, objects),
-            (
-                PairRelation(each.object, each.reference, each.position, each.distance)
-                for each in relations.relations
-            ),
+            map(_related, relations.relations),
         )
         self._report(scene.scene_id, problems)
         result = self._classify(scene.scene_id, facts, relations.naming_frame)
@@ -170,6 +168,17 @@ class ReasonerStage:
             derived=list(result.derived),
             knowledge_revision=self._revision,
             trust_revision=relations.trust_revision,
+            retracted=[
+                RetractedRelation(
+                    relation=each.relation,
+                    object=each.object,
+                    reference=each.reference,
+                    confidence=each.confidence,
+                    source=each.source,
+                )
+                for each in result.retracted
+            ],
+            conflict=result.conflict,
         )
         timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
         verdicts = self._judge("beliefs", beliefs, now_ns)
@@ -222,12 +231,18 @@ class ReasonerStage:
         except ReasoningError as error:
             self.health.problem("classification_failed", f"scene {scene_id}: {error}")
             return Classification.nothing(facts.objects, DecisionStatus.UNDECIDED)
-        if result.ignored:
-            names = ", ".join(sorted({repr(name) for pair in result.ignored for name in pair}))
+        if result.retracted:
+            words = ", ".join(
+                f"{each.object!r} is {each.relation} {each.reference!r}"
+                for each in result.retracted
+            )
             self.health.problem(
-                "objects_on_each_other",
-                f"scene {scene_id}: {names} stand on each other in a circle: the relations on it "
-                "are ignored",
+                "relations_retracted",
+                f"scene {scene_id} contradicts itself or the knowledge: not believed is {words}",
+            )
+        if result.conflict:
+            self.health.problem(
+                "scene_inconsistent", f"scene {scene_id} is inconsistent: {result.conflict}"
             )
         if any(each.stable.status is DecisionStatus.TIMED_OUT for each in result.objects):
             self.health.problem(
@@ -263,17 +278,39 @@ def _withheld(names: str, program: Program) -> frozenset[str]:
     return chosen
 
 
+def _related(each: Relation) -> PairRelation:
+    return PairRelation(
+        each.object,
+        each.reference,
+        each.position,
+        each.distance,
+        each.position_confidence,
+        each.distance_confidence,
+        each.position_source,
+        each.distance_source,
+    )
+
+
 def _perceived(each: PerceivedObject) -> SceneObject:
     return SceneObject(
         each.name,
         located=each.box is not None,
         size=each.size.value if each.size else None,
         surface=each.surface.value if each.surface else None,
+        size_source=each.size.source if each.size else "",
+        surface_source=each.surface.source if each.surface else "",
     )
 
 
 def _unreported(each: KnownObject) -> SceneObject:
-    return SceneObject(each.name, located=False, size=each.size, surface=each.surface)
+    return SceneObject(
+        each.name,
+        located=False,
+        size=each.size,
+        surface=each.surface,
+        size_source="given",
+        surface_source="given",
+    )
 
 
 def _estimates(beliefs: Beliefs) -> Estimates:
