@@ -10,7 +10,7 @@ Reasoning*.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from ros_scenesense.knowledge.axioms import (
@@ -18,12 +18,12 @@ from ros_scenesense.knowledge.axioms import (
     CausalLaw,
     Default,
     ExecutabilityCondition,
-    InitialDefault,
     StateConstraint,
 )
 from ros_scenesense.knowledge.converses import Converses
 from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Belief, Literal
+from ros_scenesense.knowledge.relevance import Relevance
 from ros_scenesense.knowledge.rendering import (
     atom_text,
     body_texts,
@@ -81,18 +81,13 @@ class TransitionProgram:
         while any(name.startswith(prefix) for name in names):
             prefix += "_"
         self._prefix = prefix
-        self._occurring = {
-            action.name
-            for action in self._signature.actions.values()
-            if exogenous or not action.exogenous
-        }
-        self.relevant = self._closure(map(self._converses.literal, asked))
-        self._possible = self._ever_true()
+        questions = (*map(self._converses.literal, asked), *self._avoided)
+        self._relevance = Relevance(self._description, questions, self._initial, exogenous)
+        self.relevant = self._relevance.attributes
         acting = {law.action.name for law in self._laws()}
         self.actions = tuple(
             action for action in self._signature.actions.values() if action.name in acting
         )
-        self._both_ways = self._needed_as_false()
 
     def helper(self, name: str) -> str:
         """A predicate of the program that no domain has, e.g. `_occurs`."""
@@ -215,102 +210,10 @@ class TransitionProgram:
         """The text for "this action occurs and leads to the state of this time"."""
         return f"{self.helper('occurs')}({atom_text(action)},{time})"
 
-    def _closure(self, asked: Iterable[Literal]) -> frozenset[str]:
-        """Names of all attributes that the asked ones, preconditions and avoided ones rest on."""
-        found = {literal.atom.name for literal in (*asked, *self._avoided)}
-        waiting = list(self._description.axioms)
-        grown = True
-        while grown:
-            grown, rest = False, []
-            for axiom in waiting:
-                if self._bears(axiom, found):
-                    found |= set(self._believed_in(axiom))
-                    grown = True
-                else:
-                    rest.append(axiom)
-            waiting = rest
-        return frozenset(found)
-
-    def _bears(self, axiom: Axiom, found: Collection[str]) -> bool:
-        if isinstance(axiom, ExecutabilityCondition):
-            return all(action.name in self._occurring for action in axiom.actions)
-        if isinstance(axiom, InitialDefault):
-            return False
-        if isinstance(axiom, CausalLaw) and axiom.action.name not in self._occurring:
-            return False
-        return any(
-            isinstance(head, Literal) and head.atom.name in found for head in axiom.conclusions
-        )
-
-    def _believed_in(self, axiom: Axiom) -> Iterator[str]:
-        """Names of the attributes in its body; there may be actions too."""
-        for condition in axiom.body:
-            if isinstance(condition, Belief):
-                name = condition.literal.atom.name
-                if name in self._signature.attributes:
-                    yield name
-
-    def _ever_true(self) -> frozenset[str]:
-        """Attributes that can be true in some state, as far as their names tell."""
-        found = {literal.atom.name for literal in self._initial if literal.positive}
-        found |= {literal.atom.name for literal in self._description.facts}
-        grown = True
-        while grown:
-            grown = False
-            for axiom in self._description.axioms:
-                for head in axiom.conclusions:
-                    if not isinstance(head, Literal) or not head.positive:
-                        continue
-                    if head.atom.name not in found and self._can_apply(axiom, found):
-                        found.add(head.atom.name)
-                        grown = True
-        return frozenset(found)
-
-    def _can_apply(self, axiom: Axiom, possible: Collection[str]) -> bool:
-        if isinstance(axiom, CausalLaw) and axiom.action.name not in self._occurring:
-            return False
-        return all(
-            condition.negated
-            or not condition.literal.positive
-            or condition.literal.atom.name in possible
-            or condition.literal.atom.name in self._occurring
-            for condition in axiom.body
-            if isinstance(condition, Belief)
-        )
-
     def _laws(self) -> Iterator[CausalLaw]:
         for axiom in self._description.axioms:
-            if isinstance(axiom, CausalLaw) and axiom.action.name in self._occurring:
-                name = axiom.effect.atom.name
-                # What is never true need not be made false.
-                if name in self.relevant and name in self._possible:
-                    yield axiom
-
-    def _needed_as_false(self) -> frozenset[str]:
-        """Inertial fluents whose falsehood needs an atom.
-
-        Falsehood can be derived only where a state constraint rests on it and concludes an inertial
-        literal; there `not p` would take back by inertia what it has itself derived.
-        """
-        needed: set[str] = set()
-        for axiom in self._description.axioms:
-            inertial_head = isinstance(axiom, StateConstraint) and self._is(
-                axiom.head, AttributeKind.INERTIAL
-            )
-            local = local_variables(axiom.conclusions, axiom.premises)
-            for condition in axiom.body:
-                if not isinstance(condition, Belief) or condition.literal.positive:
-                    continue
-                quantified = condition.negated and any(
-                    argument in local for argument in condition.literal.atom.arguments
-                )
-                if (inertial_head or quantified) and self._is(
-                    condition.literal, AttributeKind.INERTIAL
-                ):
-                    needed.add(condition.literal.atom.name)
-                    if inertial_head:
-                        needed.add(axiom.head.atom.name)  # type: ignore[attr-defined]
-        return frozenset(needed & self.relevant)
+            if isinstance(axiom, CausalLaw) and self._relevance.bears(axiom):
+                yield axiom
 
     def _statics(self) -> Iterator[str]:
         for name in self.relevant:
@@ -331,7 +234,7 @@ class TransitionProgram:
 
     def _initially_false(self) -> Iterator[str]:
         for literal in self._inertial():
-            if literal.atom.name in self._both_ways:
+            if literal.atom.name in self._relevance.both_ways:
                 text = atom_text(literal.atom)
                 body = [f"not {self._timed(text, '0')}", *self._guards(literal)]
                 yield rule_text(f"-{self._timed(text, '0')}", body)
@@ -399,13 +302,13 @@ class TransitionProgram:
             text = atom_text(literal.atom)
             now, before = self._timed(text, "t"), self._timed(text, "t-1")
             yield f"{now} :- {before}, not -{now}."
-            if literal.atom.name in self._both_ways:
+            if literal.atom.name in self._relevance.both_ways:
                 yield f"-{now} :- -{before}, not {now}."
 
     def _inertial(self) -> Iterator[Literal]:
         """Every relevant inertial fluent with variables as arguments."""
         for attribute in self._signature.attributes_of(AttributeKind.INERTIAL):
-            if attribute.name in self.relevant & self._possible:
+            if attribute.name in self._relevance.possible:
                 count = len(attribute.arguments)
                 yield Literal(Atom(attribute.name, tuple(Variable(f"X{i}") for i in range(count))))
 
@@ -463,7 +366,7 @@ class TransitionProgram:
             return self._timed(text, time)
         if attribute.kind is AttributeKind.ESTIMATED:
             return self._timed(self.helper(f"no_{text}"), time)
-        if literal.atom.name in self._both_ways:
+        if literal.atom.name in self._relevance.both_ways:
             return f"-{self._timed(text, time)}"
         return f"not {self._timed(text, time)}"
 

@@ -7,7 +7,6 @@ rule (paper, *Knowledge Representation and Reasoning*: observations that are not
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from ros_scenesense.knowledge.description import History, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Literal
 from ros_scenesense.knowledge.transition_program import TransitionProgram
 from ros_scenesense.reasoning.atoms import atom_of
+from ros_scenesense.reasoning.patience import Patience
 from ros_scenesense.reasoning.program import Messages
 
 
@@ -86,13 +86,9 @@ def diagnose(
     started = time.process_time()
     with Messages("diagnosis program") as messages:
         search = _Search(description, history, most, messages)
-        timer = threading.Timer(time_limit_s, search.control.interrupt)
-        timer.daemon = True
-        timer.start()
-        try:
+        with Patience(search.control, time_limit_s) as patience:
             explanations, complete = search.run()
-        finally:
-            timer.cancel()
+        complete &= not patience.is_over
     if explanations:
         expected = not explanations[0]
         outcome = DiagnosisOutcome.EXPECTED if expected else DiagnosisOutcome.EXPLAINED

@@ -7,7 +7,6 @@ plans that are equally good can be enumerated.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from ros_scenesense.knowledge.transition_program import (
     TransitionProgram,
 )
 from ros_scenesense.reasoning.atoms import atom_of, literal_of
+from ros_scenesense.reasoning.patience import Patience
 from ros_scenesense.reasoning.program import Messages
 
 
@@ -127,7 +127,7 @@ class Planning:
 
     Attributes:
         outcome: How it ended.
-        plans: Best first: by what the goal asks few of, what is preferred, then their text. All
+        plans: Best first: by what the goal asks few of, length, what is preferred, their text. All
             have equally many exceptions.
         complete: Whether these are all the plans that were asked for.
         steps: The last step that was searched.
@@ -161,8 +161,9 @@ def plan(task: PlanningTask, limits: PlanningLimits = PlanningLimits()) -> Plann
     )
 
 
-def _rank(found: FoundPlan) -> tuple[tuple[int, int], int, str]:
-    return found.counted, len(found.actions), ", ".join(map(str, found.actions))
+def _rank(found: FoundPlan) -> tuple[int, int, int, str]:
+    fewest, preferred = found.counted
+    return fewest, len(found.actions), preferred, ", ".join(map(str, found.actions))
 
 
 _Cost = tuple[int, int, int]
@@ -196,6 +197,7 @@ class _Search:
             condition.quantity is Quantity.FEWEST for condition in task.goal.conditions
         )
         self._control = clingo.Control(logger=messages.take)
+        self._patience = Patience(self._control, limits.time_limit_s)
         self._solving = cast(clingo.Configuration, self._control.configuration.solve)
         self._solving.models = limits.max_plans + 1 if limits.every else 1
         self._cost: _Cost | None = None
@@ -208,13 +210,8 @@ class _Search:
 
     def run(self) -> PlanOutcome:
         """Searches; `plans` holds the best afterwards."""
-        timer = threading.Timer(self._limits.time_limit_s, self._control.interrupt)
-        timer.daemon = True
-        timer.start()
-        try:
+        with self._patience:
             return self._run()
-        finally:
-            timer.cancel()
 
     def _run(self) -> PlanOutcome:
         self._grow(0)
@@ -283,7 +280,7 @@ class _Search:
                         optimal.pop()
                         self.complete = False
                         break
-            self.complete &= not handle.get().interrupted
+            self.complete &= not (handle.get().interrupted or self._patience.is_over)
         self._keep(optimal or ([best] if best is not None else []))
         return self.complete
 
