@@ -121,9 +121,14 @@ def _scaled(channels: npt.NDArray[np.float32], side: int) -> npt.NDArray[np.floa
     height, width = channels.shape[:2]
     longer = max(height, width)
     size = (max(1, round(side * width / longer)), max(1, round(side * height / longer)))
-    smaller = longer > side
-    scaled = cv2.resize(
-        channels, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+    how = cv2.INTER_AREA if longer > side else cv2.INTER_LINEAR
+    scaled = np.dstack(  # three by three, as OpenCV does not scale more than four at once
+        [
+            cv2.resize(
+                np.ascontiguousarray(channels[..., first : first + 3]), size, interpolation=how
+            )
+            for first in range(0, channels.shape[2], 3)
+        ]
     )
     square = np.zeros((side, side, channels.shape[2]), np.float32)
     left, top = (side - size[0]) // 2, (side - size[1]) // 2

@@ -15,7 +15,7 @@ from ros_scenesense.attention.relevance import Relevance
 from ros_scenesense.messages.attention import Roi
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.reasoning import Beliefs
-from ros_scenesense.scene import Frame, Task
+from ros_scenesense.scene import Frame, Surface, Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,12 @@ def queries_of(
     supports = [
         (each.object, each.reference) for each in scene.beliefs.derived if each.relation == "on"
     ]
-    hanging = overhangs(boxes, supports)
+    irregular = {
+        each.name
+        for each in scene.objects.objects
+        if each.surface is not None and each.surface.value is Surface.IRREGULAR
+    }
+    hanging = overhangs(boxes, supports, irregular)
     pairs = {task: list(each.pairs(scene.relations.relations)) for task, each in relevances.items()}
     found = []
     for roi in rois:

@@ -109,7 +109,13 @@ class ReasonerStage:
     def start(self, now_ns: int) -> list[Outgoing]:
         """Publishes the axioms in force."""
         axioms = [
-            KnownAxiom(id=axiom.id, text=axiom.text, kind=axiom.kind, origin="given")
+            KnownAxiom(
+                id=axiom.id,
+                text=axiom.text,
+                statement=self._program.statement(axiom.id),
+                kind=axiom.kind,
+                origin="given",
+            )
             for axiom in self._program.axioms
             if axiom.id not in self._withheld
         ]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import torch
 from torch import Tensor, nn
 
 CHANNELS = 6
@@ -54,16 +53,19 @@ class QueryNetwork(nn.Module):
             ]
             channels = count
         self.features = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(2), nn.Flatten())
-        self.numbers = nn.Sequential(nn.Linear(configuration.numbers, 16), nn.ReLU())
         self.classifier = nn.Sequential(
             nn.Dropout(configuration.dropout),
-            nn.Linear(4 * channels + 16, 64),
+            nn.Linear(4 * channels, 64),
             nn.ReLU(),
             nn.Linear(64, 2),
+        )
+        # Few numbers drown among many features: they have a say of their own.
+        self.numbers = nn.Sequential(
+            nn.Linear(configuration.numbers, 16), nn.ReLU(), nn.Linear(16, 2)
         )
 
     def forward(self, images: Tensor, numbers: Tensor) -> Tensor:
         """Logits (B, 2) of images (B, C, side, side) and numbers (B, N)."""
         features = self.features(images)  # (B, 4 * channels)
-        logits: Tensor = self.classifier(torch.cat([features, self.numbers(numbers)], dim=1))
+        logits: Tensor = self.classifier(features) + self.numbers(numbers)
         return logits
