@@ -38,7 +38,7 @@ setup(
     maintainer_email="scenesense@users.noreply.github.com",
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["*.j2"]},
+    package_data={"": ["*.j2", "*.lark"]},
     cmdclass={"build_py": BuildWithData},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_scenesense.grounding.control import settle
-from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.grounding import Grounding, PairGrounding, Trust
+from ros_scenesense.grounding.control import SWITCH, Control
+from ros_scenesense.grounding.trust import TrustSettings
+from ros_scenesense.messages.grounding import Grounding, PairGrounding
 from ros_scenesense.scene import Distance, Position
 
-TRUST = Trust(stamp=Stamp.of(0), revision=0, qsr=0.9, msr=0.1, feedback_count=0)
+CONTROL = Control(SWITCH)
 
 
 def says(
@@ -37,7 +37,7 @@ def settled_pair(forward: Grounding | None, backward: Grounding | None):
         pairs.append(pair("b", "a", backward))
     if forward is not None:
         pairs.append(pair("a", "b", forward))
-    settled = settle(pairs, TRUST)
+    settled = CONTROL.settle(pairs)
     (relation,) = settled.relations
     return (relation.object, relation.position, relation.reference), settled.disagreements, relation
 
@@ -99,13 +99,13 @@ def test_the_more_trusted_model_speaks_and_the_other_where_it_is_silent():
         PairGrounding(object="a", reference="c", msr=right),
         PairGrounding(object="a", reference="d"),
     ]
-    by_qsr = settle(pairs, TRUST).relations
+    by_qsr = CONTROL.settle(pairs).relations
     assert [(one.position, one.position_source) for one in by_qsr] == [
         (Position.LEFT, "qsr"),
         (Position.RIGHT, "msr"),
     ]
-    trust_msr = Trust(stamp=Stamp.of(0), revision=1, qsr=0.3, msr=0.6, feedback_count=9)
-    assert settle(pairs, trust_msr).relations[0].position_source == "msr"
+    by_msr = Control(SWITCH, TrustSettings(qsr=0.3, msr=0.6)).settle(pairs)
+    assert by_msr.relations[0].position_source == "msr"
 
 
 GROUNDINGS = st.builds(
@@ -124,7 +124,7 @@ PAIRS = st.dictionaries(
 @given(PAIRS, st.randoms())
 def test_each_unordered_pair_gets_one_relation_whatever_the_order_of_the_message(said, random):
     pairs = [pair(*names, grounding) for names, grounding in said.items()]
-    settled = settle(pairs, TRUST)
+    settled = CONTROL.settle(pairs)
     assert {frozenset(names) for names in said} == {
         frozenset((one.object, one.reference)) for one in settled.relations
     }
@@ -132,4 +132,4 @@ def test_each_unordered_pair_gets_one_relation_whatever_the_order_of_the_message
     for one in settled.relations:
         assert one.position is Position.IN or one.object < one.reference
     random.shuffle(pairs)
-    assert settle(pairs, TRUST) == settled
+    assert CONTROL.settle(pairs) == settled

@@ -9,10 +9,12 @@ from scipy.spatial import cKDTree
 from ros_scenesense.grounding.contact import seen_gaps
 from ros_scenesense.grounding.distances import (
     closest_distance,
+    closest_distances,
     distance_relations,
     name_distance,
 )
 from ros_scenesense.grounding.extent import Extent
+from ros_scenesense.grounding.qsr import measure_distances
 from ros_scenesense.scene import Distance
 
 
@@ -21,6 +23,14 @@ def wall(x: float, count: int = 400) -> np.ndarray:
     rows = int(np.sqrt(count))
     y, z = np.meshgrid(np.linspace(0.0, 0.1, rows), np.linspace(0.0, 0.1, rows))
     return np.stack([np.full(y.size, x), y.ravel(), z.ravel()], axis=1)
+
+
+def relations(clouds):
+    return distance_relations(closest_distances(clouds))
+
+
+def seen_relation(*extents):
+    return distance_relations(measure_distances(extents, CAMERA))[0, 1][0]
 
 
 @pytest.mark.parametrize(
@@ -36,7 +46,7 @@ def wall(x: float, count: int = 400) -> np.ndarray:
     ],
 )
 def test_thresholds_of_the_paper(gap, expected):
-    relation, confidence = distance_relations([wall(0.0), wall(gap)])[0, 1]
+    relation, confidence = relations([wall(0.0), wall(gap)])[0, 1]
     assert relation is expected
     assert 0.5 <= confidence <= 1.0
 
@@ -77,7 +87,7 @@ def test_boxes_far_apart_spare_the_search_and_change_nothing(case):
     first = rng.uniform(-scale, scale, (40, 3))
     second = rng.uniform(-scale, scale, (count, 3)) + shift
     full = name_distance(closest_distance(cKDTree(first), cKDTree(second)))
-    assert distance_relations([first, second])[0, 1] == full
+    assert relations([first, second])[0, 1] == full
 
 
 @given(CLOUD_PAIRS)
@@ -115,19 +125,13 @@ def test_a_contact_behind_an_overhang_is_hidden_and_no_gap_is_seen():
     assert gap_between(juts_out) == 0.0
     visible_lower = Extent(LOWER.points, LOWER.low, LOWER.high - [0.0, 0.0, 0.016])
     assert gap_between(juts_out, visible_lower) == 0.0
-    relation, _ = distance_relations(
-        [juts_out.points, visible_lower.points], seen_gaps([juts_out, visible_lower], CAMERA)
-    )[0, 1]
-    assert relation is Distance.TOUCHING
+    assert seen_relation(juts_out, visible_lower) is Distance.TOUCHING
 
 
 def test_a_gap_that_is_seen_remains_a_gap():
     hovering = extent((0.0, 0.0, 0.2), (0.1, 0.1, 0.1))
     assert 0.05 < gap_between(hovering) < 0.1
-    relation, _ = distance_relations(
-        [hovering.points, LOWER.points], seen_gaps([hovering, LOWER], CAMERA)
-    )[0, 1]
-    assert relation is Distance.NOT_TOUCHING
+    assert seen_relation(hovering, LOWER) is Distance.NOT_TOUCHING
 
 
 @pytest.mark.parametrize(

@@ -138,3 +138,15 @@ def test_an_unknown_part_is_a_mistake_of_the_caller():
     join = SceneJoin(PARTS, timeout_s=1.0)
     with pytest.raises(KeyError, match="labels"):
         join.add("a", "labels", 1, 0)
+
+
+def test_nearest_finds_the_waiting_scene_that_lacks_the_part():
+    join = SceneJoin(("a", "b"), timeout_s=1.0)
+    for key in (100, 130):
+        join.add(key, "a", key, 0)
+    assert join.nearest(118, "b", tolerance=20) == 130
+    assert join.nearest(112, "b", tolerance=20) == 100
+    assert join.nearest(118, "b", tolerance=11) is None
+    assert join.nearest(100, "a", tolerance=50) is None
+    join.add(130, "b", "done", 0)
+    assert join.nearest(118, "b", tolerance=20) == 100

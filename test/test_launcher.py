@@ -37,6 +37,8 @@ from ros_scenesense.nodes.registry import NODES
         ({"namespace": "/a b"}, "namespace '/a b'"),
         ({"domain_id": 400}, "from 0 to 232"),
         ({"discovery": "MOON"}, "LOCALHOST, SUBNET"),
+        ({"remaps": ("camera/color/image_raw",)}, "must be written FROM:=TO"),
+        ({"remaps": ("camera/color/image_raw:=/a b",)}, "remapping 'camera/color/image_raw:=/a b'"),
         ({"silence_s": 0.1}, "at least 1"),
         ({"silence_s": float("nan")}, "at least 1"),
     ],
@@ -398,6 +400,25 @@ def test_nodes_that_are_not_ready_in_time_are_named(tmp_path):
     options = GraphOptions(nodes=("reasoner",), log_dir=tmp_path)
     with Graph(options) as graph, pytest.raises(LaunchError, match="not ready after 0 s: reasoner"):
         graph.wait_ready(timeout_s=0.0)
+
+
+def test_topics_get_the_names_of_a_camera_driver(tmp_path):
+    options = GraphOptions(
+        nodes=("grounding",),
+        log_dir=tmp_path,
+        remaps=("camera/color/image_raw:=/driver/rgb", "camera/color/camera_info:=/driver/info"),
+        overrides={"grounding": {"scene_source": "self"}},
+    )
+    with Graph(options) as graph:
+        probe = Node("probe", context=graph.context, use_global_arguments=False)
+        try:
+            for topic in ("/driver/rgb", "/driver/info", "/scenesense/camera/depth_registered/"):
+                name = topic + "image_rect" if topic.endswith("/") else topic
+                assert graph.spin_until(lambda name=name: probe.count_subscribers(name), 40.0), name
+            assert probe.count_subscribers("/scenesense/camera/color/image_raw") == 0
+            assert probe.count_subscribers("/scenesense/camera/instances") == 0
+        finally:
+            probe.destroy_node()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -49,6 +49,15 @@ def test_color_round_trip(color, padding):
 
 
 @settings(max_examples=40, deadline=None)
+@given(images(np.uint8, (4,)), st.integers(0, 5))
+def test_alpha_is_left_out(color, padding):
+    message = padded(conversions.image_message(header(), color, "rgba8"), padding)
+    np.testing.assert_array_equal(conversions.color_of(message), color[..., :3])
+    message.encoding = "bgra8"
+    np.testing.assert_array_equal(conversions.color_of(message), color[..., 2::-1])
+
+
+@settings(max_examples=40, deadline=None)
 @given(images(np.float32), st.integers(0, 5))
 def test_depth_round_trip(depth, padding):
     message = padded(conversions.image_message(header(), depth, "32FC1"), padding)
@@ -63,6 +72,8 @@ def test_instances_round_trip_and_millimetres_become_metres(values, padding):
     depth = conversions.depth_of(message)
     assert depth.dtype == np.float32
     np.testing.assert_allclose(depth, values / 1000.0, rtol=1e-6)
+    message.encoding = "mono16"
+    np.testing.assert_array_equal(conversions.depth_of(message), depth)
 
 
 @settings(max_examples=40, deadline=None)

@@ -8,7 +8,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 
 from ros_scenesense.geometry import Intrinsics
-from ros_scenesense.nodes.frames import TOPIC_OF_PART, FramePublisher, FrameSubscription
+from ros_scenesense.nodes.frames import (
+    TOPIC_OF_PART,
+    FrameJoining,
+    FramePublisher,
+    FrameSubscription,
+)
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.health import Health
 
@@ -30,7 +35,7 @@ def a_frame(stamp_ns: int = 1) -> Frame:
 class Camera:
     """Publishes frames to a subscription; `spoil` changes a part's messages on their way."""
 
-    def __init__(self, room, reliability="reliable"):
+    def __init__(self, room, reliability="reliable", **joining):
         self.room = room
         self.health = Health()
         self.frames = []
@@ -38,12 +43,17 @@ class Camera:
         self.receiver = room.add(Node, "receiver")
         self.publisher = FramePublisher(sender)
         self.subscription = FrameSubscription(
-            self.receiver, self.health, self.frames.append, reliability, TIMEOUT_S
+            self.receiver,
+            self.health,
+            self.frames.append,
+            FrameJoining(reliability, TIMEOUT_S, **joining),
         )
-        publishers = self.publisher.publishers
-        assert room.wait_for(
-            lambda: all(each.get_subscription_count() for each in publishers.values())
-        )
+        heard = [
+            publisher
+            for part, publisher in self.publisher.publishers.items()
+            if part != "instances" or joining.get("with_instances", True)
+        ]
+        assert room.wait_for(lambda: all(each.get_subscription_count() for each in heard))
 
     def spoil(self, part, change):
         publish = self.publisher.publishers[part].publish
@@ -136,3 +146,42 @@ def test_a_wrong_part_drops_its_frame_with_one_problem(camera, part, change, kin
     assert camera.frames[0].stamp_ns == 1_000_000_000
     assert camera.wait_for_problem(kind)
     assert dict(camera.health.counters) == {kind: 1}
+
+
+def test_without_instances_a_frame_is_complete_with_colour_depth_and_camera_info(ros_room):
+    camera = Camera(ros_room, with_instances=False)
+    camera.publisher.publish(a_frame())
+    assert camera.room.wait_for(lambda: camera.frames)
+    assert camera.frames[0].instances is None
+    np.testing.assert_array_equal(camera.frames[0].depth, a_frame().depth)
+
+
+def shifted(nanoseconds):
+    def change(message):
+        message.header.stamp.nanosec += nanoseconds
+        return message
+
+    return change
+
+
+def test_images_whose_stamps_lie_apart_are_joined_within_the_slop(ros_room):
+    camera = Camera(ros_room, slop_s=0.01)
+    camera.spoil("depth", shifted(4_000_000))
+    camera.spoil("camera_info", shifted(-3_000_000))
+    sent = [a_frame(stamp_ns) for stamp_ns in (500_000_000, 533_000_000, 566_000_000)]
+    for frame in sent:
+        camera.publisher.publish(frame)
+    assert camera.room.wait_for(lambda: len(camera.frames) == 3)
+    for frame, received in zip(sent, camera.frames, strict=True):
+        assert received.stamp_ns == frame.stamp_ns
+        np.testing.assert_array_equal(received.depth, frame.depth)
+        np.testing.assert_array_equal(received.color, frame.color)
+
+
+def test_images_whose_stamps_lie_farther_apart_are_no_frame(ros_room):
+    camera = Camera(ros_room, slop_s=0.01)
+    camera.spoil("depth", shifted(11_000_000))
+    camera.publisher.publish(a_frame(500_000_000))
+    assert camera.wait_for_problem("incomplete_frame")
+    assert "image_slop_s" in camera.health.last_problem
+    assert camera.frames == []

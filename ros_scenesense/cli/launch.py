@@ -41,6 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder that the nodes remember in (default: %(default)s)",
     )
     parser.add_argument(
+        "--remap",
+        action="append",
+        metavar="FROM:=TO",
+        default=[],
+        help="another name for a topic, e.g. of a camera driver's; may be repeated",
+    )
+    parser.add_argument(
         "--silence",
         type=float,
         metavar="SECONDS",
@@ -93,6 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     options = GraphOptions(
         nodes=tuple(arguments.nodes),
         state_dir=arguments.state,
+        remaps=tuple(arguments.remap),
         silence_s=arguments.silence,
         **graph_options(arguments),
     )

@@ -34,6 +34,18 @@ class NamingAxes:
     name: NamingFrame
     rows: Float
 
+    def turned(self, yaw_rad: float) -> NamingAxes:
+        """These axes turned about up, to the left: from the viewer's to those of people.
+
+        The camera's own axes are turned about the image's up.
+        """
+        if yaw_rad == 0.0:
+            return self
+        cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+        turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        name = NamingFrame.ROBOT if self.name is NamingFrame.VIEWER else self.name
+        return NamingAxes(name, turn @ self.rows)
+
 
 def camera_axes() -> NamingAxes:
     """The optical axes themselves: right is x, away is z, up is -y."""
@@ -53,6 +65,17 @@ def gravity_axes(up: Float) -> NamingAxes:
         away = image_up - (image_up @ up) * up
     away /= np.linalg.norm(away)
     return NamingAxes(NamingFrame.VIEWER, np.stack([np.cross(away, up), away, up]))
+
+
+def yaw_to_robot(axes: NamingAxes, camera_pose: Pose) -> float:
+    """By how much (radians) the viewer's axes must be turned to the left to be the robot's.
+
+    Args:
+        axes: The viewer's.
+        camera_pose: Pose of the optical frame in the world, whose x is ahead of the robot.
+    """
+    right = -rotation_matrix(camera_pose.orientation)[1]  # of the robot, in the optical frame
+    return float(np.arctan2(axes.rows[1] @ right, axes.rows[0] @ right))
 
 
 def choose_axes(

@@ -75,7 +75,8 @@ class CausalLaw(Axiom):
     """`action causes effect if body`: after the action the effect holds.
 
     The body is about the state in which the action occurs, the effect, an inertial literal, about
-    the next one.
+    the next one. Beside fluents and statics the body may speak of other actions of that step:
+    `putdown(R, A, B) causes above(A, B) if not fall(A)`.
     """
 
     action: Atom

@@ -152,6 +152,7 @@ class Graph:
         file = self.log_dir / "params.yaml"
         write_parameter_values(file, self.options, self._values)
         arguments = ["--ros-args", "-r", f"__ns:={self.options.namespace}"]
+        arguments += [word for remap in self.options.remaps for word in ("-r", remap)]
         arguments += ["--params-file", str(file), "--disable-external-lib-logs"]
         environment = {
             **os.environ,

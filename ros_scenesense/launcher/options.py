@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rclpy.exceptions import InvalidNamespaceException
+from rclpy.exceptions import InvalidNamespaceException, InvalidTopicNameException
 from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_topic_name import validate_topic_name
 
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.nodes.registry import NODES
@@ -30,6 +31,7 @@ class GraphOptions:
         discovery: `LOCALHOST` or `SUBNET`; None = that of the environment, else `LOCALHOST`.
         parameters_file: Params YAML; None = the shipped one.
         overrides: Values per node and parameter, stronger than the file; text is converted.
+        remaps: Other names for topics or services, each `FROM:=TO`, for all nodes.
         state_dir: Folder that the nodes remember in; None = what the parameters say.
         log_dir: Folder of the nodes' logs; None = a new one among the user's state files.
         silence_s: A ready node without heartbeat for so long is restarted.
@@ -44,6 +46,7 @@ class GraphOptions:
     discovery: str | None = None
     parameters_file: Path | None = None
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    remaps: tuple[str, ...] = ()
     state_dir: Path | None = None
     log_dir: Path | None = None
     silence_s: float = 10.0
@@ -57,6 +60,8 @@ class GraphOptions:
         except InvalidNamespaceException as error:
             words = str(error).splitlines()[0]
             raise ParameterError(f"namespace '{self.namespace}' is wrong: {words}") from error
+        for remap in self.remaps:
+            _check_remap(remap)
         if self.domain_id is not None and not 0 <= self.domain_id <= LARGEST_DOMAIN_ID:
             raise ParameterError(
                 f"domain id is {self.domain_id}, must be an integer from 0 to {LARGEST_DOMAIN_ID}"
@@ -85,6 +90,18 @@ class GraphOptions:
             variable = "FASTRTPS_DEFAULT_PROFILES_FILE"
             variables[variable] = _given(variable, profile)
         return variables
+
+
+def _check_remap(remap: str) -> None:
+    names = remap.split(":=")
+    try:
+        if len(names) != 2:
+            raise ValueError("it must be written FROM:=TO")
+        for name in names:
+            validate_topic_name(name)
+    except (ValueError, InvalidTopicNameException) as error:
+        words = str(error).splitlines()[0]
+        raise ParameterError(f"remapping '{remap}' is wrong: {words}") from error
 
 
 def _given(variable: str, otherwise: str) -> str:

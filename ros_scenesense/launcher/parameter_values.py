@@ -17,7 +17,7 @@ from ros_scenesense.launcher.options import GraphOptions
 from ros_scenesense.nodes.registry import NODES
 from ros_scenesense.parameters import parameters_of
 from ros_scenesense.resources import resource
-from ros_scenesense.stages.simulated_camera import new_session
+from ros_scenesense.stages.sessions import new_session
 
 ROS_PARAMETERS = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that every ROS node has; passed on as they are."""

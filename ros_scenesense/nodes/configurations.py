@@ -20,3 +20,10 @@ class GroundingNodeConfiguration(GroundingConfiguration):
     image_timeout_s: float = parameter(
         2.0, "seconds to wait for all images of one stamp before they are given up", minimum=0.05
     )
+    image_slop_s: float = parameter(
+        0.0,
+        "seconds that the stamps of the images of one frame may lie apart; less than half the time "
+        "between two frames, 0 = they are equal",
+        minimum=0.0,
+        maximum=1.0,
+    )

@@ -49,27 +49,30 @@ def image_message(header: Header, pixels: npt.NDArray[np.generic], encoding: str
 
 
 def color_of(message: Image) -> npt.NDArray[np.uint8]:
-    """Colour (H, W, 3) uint8 RGB from rgb8 or bgr8.
+    """Colour (H, W, 3) uint8 RGB from rgb8 or bgr8, or from rgba8 or bgra8 without the alpha.
 
     Raises:
         FrameError: If the message is not such an image.
     """
-    _check_encoding("colour", message, ("rgb8", "bgr8"))
-    pixels = _rows("colour", message, np.uint8, channels=3)
-    pixels = pixels.reshape(message.height, message.width, 3)
-    return np.ascontiguousarray(pixels[..., ::-1]) if message.encoding == "bgr8" else pixels
+    _check_encoding("colour", message, ("rgb8", "bgr8", "rgba8", "bgra8"))
+    channels = 4 if "a" in message.encoding else 3
+    pixels = _rows("colour", message, np.uint8, channels)
+    pixels = pixels.reshape(message.height, message.width, channels)[..., :3]
+    return np.ascontiguousarray(pixels[..., ::-1] if message.encoding[0] == "b" else pixels)
 
 
 def depth_of(message: Image) -> npt.NDArray[np.float32]:
-    """Depth (H, W) float32 metres from 32FC1 (metres) or 16UC1 (millimetres, 0 = no reading).
+    """Depth (H, W) float32 metres from 32FC1 (metres), or 16UC1 or mono16 (millimetres).
+
+    0 is where nothing was read.
 
     Raises:
         FrameError: If the message is not such an image.
     """
-    _check_encoding("depth", message, ("32FC1", "16UC1"))
-    if message.encoding == "16UC1":
-        return _rows("depth", message, np.uint16).astype(np.float32) / np.float32(1000.0)
-    return _rows("depth", message, np.float32)
+    _check_encoding("depth", message, ("32FC1", "16UC1", "mono16"))
+    if message.encoding == "32FC1":
+        return _rows("depth", message, np.float32)
+    return _rows("depth", message, np.uint16).astype(np.float32) / np.float32(1000.0)
 
 
 def instances_of(message: Image) -> npt.NDArray[np.uint16]:

@@ -1,8 +1,9 @@
-"""How a frame travels: four images of one stamp, published together and joined again."""
+"""How a frame travels: images of one stamp, published together and joined again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -70,34 +71,49 @@ class FramePublisher:
             self.publishers[part].publish(message)
 
 
+@dataclass(frozen=True)
+class FrameJoining:
+    """How the images of a frame find each other.
+
+    Attributes:
+        reliability: `reliable` or `best_effort`, as the camera driver publishes.
+        timeout_s: How long the images of one stamp are waited for.
+        slop_s: How far the stamps of one frame may lie apart; 0 = they are equal.
+        with_instances: Whether instance ids belong to a frame.
+    """
+
+    reliability: str
+    timeout_s: float
+    slop_s: float = 0.0
+    with_instances: bool = True
+
+
 class FrameSubscription:
-    """Joins the four images of a stamp to a frame; what is wrong or missing becomes a problem.
+    """Joins the images of a stamp to a frame; what is wrong or missing becomes a problem.
+
+    A frame has the stamp of its colour image.
 
     Args:
         node: Gets the subscriptions.
         health: Takes the problems.
         take: Called with each frame.
-        reliability: `reliable` or `best_effort`, as the camera driver publishes.
-        timeout_s: How long the images of one stamp are waited for.
+        joining: How the images find each other.
     """
 
     def __init__(
-        self,
-        node: Node,
-        health: Health,
-        take: Callable[[Frame], None],
-        reliability: str,
-        timeout_s: float,
+        self, node: Node, health: Health, take: Callable[[Frame], None], joining: FrameJoining
     ) -> None:
         self._node = node
         self._health = health
         self._take = take
+        self._slop_ns = round(joining.slop_s * 1e9)
+        parts = [part for part in TOPIC_OF_PART if part != "instances" or joining.with_instances]
         # No memory of finished frames: one that is shown again must reach the stage again.
-        self._join = SceneJoin(tuple(TOPIC_OF_PART), timeout_s, memory=0)
-        for part, topic in TOPIC_OF_PART.items():
+        self._join = SceneJoin(tuple(parts), joining.timeout_s, memory=0)
+        for part in parts:
             callback = partial(self._receive, part)
-            profile = profile_of(QosClass.FRAME, reliability)
-            node.create_subscription(_TYPE_OF_PART[part], topic, callback, profile)
+            profile = profile_of(QosClass.FRAME, joining.reliability)
+            node.create_subscription(_TYPE_OF_PART[part], TOPIC_OF_PART[part], callback, profile)
 
     def expire(self, now_ns: int) -> None:
         """Gives up the frames that waited too long; called regularly."""
@@ -106,7 +122,8 @@ class FrameSubscription:
             self._health.problem(
                 "incomplete_frame",
                 f"frame of stamp {stamp_ns} ns is dropped: no image with this stamp on {topics} "
-                f"within {self._join.timeout_s:g} s; publish all with one header.stamp",
+                f"within {self._join.timeout_s:g} s; publish all with one header.stamp, or say "
+                "with the parameter image_slop_s how far the stamps lie apart",
             )
 
     def _receive(self, part: str, message: Any) -> None:
@@ -117,14 +134,18 @@ class FrameSubscription:
             # It still takes its place in the join: its frame is dropped with this one warning.
             self._health.problem(f"bad_{part}", f"frame of stamp {stamp_ns} ns is dropped: {error}")
             value = None
-        received = (message.header.frame_id, value)
-        parts = self._join.add(stamp_ns, part, received, self._now_ns())
-        if parts is not None and all(value is not None for _, value in parts.values()):
-            self._assemble(stamp_ns, parts)
+        key = stamp_ns
+        if self._slop_ns:
+            near = self._join.nearest(stamp_ns, part, self._slop_ns)
+            key = stamp_ns if near is None else near
+        received = _Received(stamp_ns, message.header.frame_id, value)
+        parts = self._join.add(key, part, received, self._now_ns())
+        if parts is not None and all(each.value is not None for each in parts.values()):
+            self._assemble(parts)
 
-    def _assemble(self, stamp_ns: int, parts: dict[str, Any]) -> None:
-        frame_id = parts["color"][0]
-        values = {part: value for part, (_, value) in parts.items()}
+    def _assemble(self, parts: dict[str, _Received]) -> None:
+        stamp_ns, frame_id = parts["color"].stamp_ns, parts["color"].frame_id
+        values = {part: received.value for part, received in parts.items()}
         intrinsics = values.pop("camera_info")
         try:
             frame = Frame(stamp_ns, frame_id, intrinsics=intrinsics, **values)
@@ -135,3 +156,12 @@ class FrameSubscription:
 
     def _now_ns(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
+
+
+@dataclass(frozen=True, eq=False)
+class _Received:
+    """An image as it came; without a value if it cannot be read."""
+
+    stamp_ns: int
+    frame_id: str
+    value: Any

@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any
 
 from ros_scenesense.errors import FrameError
+from ros_scenesense.grounding.msr import MetricSettings
+from ros_scenesense.messages.grounding import MsrUpdate
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.grounding_engine import (
+    SELF,
     GroundingConfiguration,
     GroundingEngine,
     GroundingResult,
     instances_of,
     unlocated,
 )
+from ros_scenesense.stages.grounding_store import GroundingStore
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
-from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Segmentation
+from ros_scenesense.stages.own_scenes import OwnScenes, SceneNumbers
+from ros_scenesense.stages.pair_grounding import Learned
+from ros_scenesense.stages.protocol import (
+    Figure,
+    Incoming,
+    Job,
+    JobFailure,
+    Outgoing,
+    Segmentation,
+    Timing,
+)
 from ros_scenesense.stages.scene_objects import fault_of, objects_of
+from ros_scenesense.stages.sessions import session_of
+from ros_scenesense.stages.state_file import state_path
 
 __all__ = ["GroundingConfiguration", "GroundingStage"]
 
@@ -34,14 +51,28 @@ class GroundingStage:
     too many, or if its frame has no instance ids. Where depth or the engine fails, objects and
     groundings are published with nothing located, so that the scene gets its decision downstream.
 
+    With `scene_source: self` nobody announces scenes: the stage chooses frames itself, one scene at
+    a time, and publishes `scene` too.
+
     Attributes:
         cloud_wanted: Whether somebody takes the cloud. Nodes set it.
+
+    Raises:
+        StateError: If a state file cannot be used.
     """
 
     def __init__(self, configuration: GroundingConfiguration) -> None:
         self.configuration = configuration
         self.health = Health()
         self.cloud_wanted = False
+        self._store = GroundingStore(
+            state_path(configuration.state_dir, "grounding.db"),
+            self.health,
+            configuration.remembered_scenes,
+            MetricSettings(human_weight=configuration.feedback_weight),
+        )
+        self._own = _own_scenes(configuration, self.health)
+        self._own_under_way: str | None = None
         self._join = SceneJoin(("frame", "scene"), configuration.join_timeout_s)
         self._taken: OrderedDict[str, None] = OrderedDict()
         self._incomplete: OrderedDict[int, None] = OrderedDict()
@@ -58,7 +89,11 @@ class GroundingStage:
         return []
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `scene` and frames; what belongs together has the same stamp."""
+        """Takes `msr_update`, and `scene` and frames, which belong together by their stamp."""
+        if isinstance(item, MsrUpdate):
+            return self._learn(item)
+        if self._own is not None:
+            return self._handle_freely(self._own, item, now_ns)
         if isinstance(item, Frame):
             self._take(item.stamp_ns, "frame", item, now_ns)
         elif isinstance(item, Scene):
@@ -66,10 +101,28 @@ class GroundingStage:
         return []
 
     def tick(self, now_ns: int) -> list[Outgoing]:
-        """Gives up what waited too long for its other half."""
+        """Gives up what waited too long for its other half; announces a scene that is due."""
         for stamp_ns, missing in self._join.expired(now_ns):
             self._give_up(stamp_ns, missing[0])
-        return []
+        if self._own is not None:
+            self._own.expire(now_ns)
+        return self._announce(now_ns)
+
+    def capture(self, now_ns: int) -> tuple[str | None, str]:
+        """Wants the next frame that comes to be a scene.
+
+        Returns:
+            Its scene id, or None; and the same in words for the caller.
+        """
+        if self._own is None:
+            return (
+                None,
+                "scenes come from the topic 'scene': set the parameter scene_source to self",
+            )
+        scene_id = self._own.ask(now_ns)
+        if scene_id is None:
+            return None, "too many scenes wait for their frames already"
+        return scene_id, f"the next frame becomes scene {scene_id}"
 
     def jobs(self) -> list[Job]:
         """Grounding of the scenes that are complete."""
@@ -77,30 +130,77 @@ class GroundingStage:
         return jobs
 
     def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
-        """Takes a grounded scene or a cloud."""
-        del now_ns
+        """Takes a grounded scene or a cloud; announces the next scene that is due."""
         failed = isinstance(result, JobFailure)
         if job.method == "cloud":
             if failed:
                 self.health.problem("cloud_failed", f"no cloud of {job.key}: {result.reason}")
             return [] if failed else [result]
-        frame, scene = job.arguments
+        frame, scene, learned = job.arguments
         if failed:
             words = f"scene {job.key} was not grounded, nothing is located: {result.reason}"
             self.health.problem("grounding_failed", words)
-            result = unlocated(frame, scene, self.configuration)
-        return self._publish(frame, result)
+            result = unlocated(frame, scene, self.configuration, learned)
+        published = self._publish(frame, result)
+        if job.key == self._own_under_way:
+            self._own_under_way = None
+        return published + self._announce(now_ns)
 
     def close(self) -> None:
-        """Holds no files."""
+        """Closes the state files."""
+        self._store.close()
+        if self._own is not None:
+            self._own.close()
+
+    def _learn(self, update: MsrUpdate) -> list[Outgoing]:
+        """Merges evidence; what was before or comes too early changes nothing."""
+        start = time.perf_counter()
+        if not self._store.apply(update):
+            self.health.count("updates_not_next")
+            return []
+        self.health.count("updates_applied")
+        elapsed_ms = (time.perf_counter() - start) * 1e3
+        return [
+            Timing("grounding/learn", elapsed_ms),
+            Figure("grounding/viewpoint_yaw", self._store.memory.yaw_rad),
+        ]
+
+    def _handle_freely(self, own: OwnScenes, item: Incoming, now_ns: int) -> list[Outgoing]:
+        """Takes the frames of a camera that announces no scenes."""
+        if isinstance(item, Scene) and session_of(item.scene_id) != own.session:
+            self.health.problem(
+                "scene_ignored",
+                f"scene {item.scene_id} of somebody else is ignored: grounding announces the "
+                "scenes itself (parameter scene_source)",
+            )
+        if not isinstance(item, Frame) or self._lacks_instances(item):
+            return []
+        own.offer(item, now_ns)
+        return self._announce(now_ns)
+
+    def _announce(self, now_ns: int) -> list[Outgoing]:
+        """The next scene of its own, once the one before is finished."""
+        if self._own is None or self._own_under_way is not None:
+            return []
+        taken = self._own.take(now_ns)
+        if taken is None:
+            return []
+        frame, scene = taken
+        self._admit(frame, scene)
+        if not self._jobs:  # it was refused: nobody shall wait for the rest of it
+            return []
+        self._own_under_way = scene.scene_id
+        return [scene]
 
     def _publish(self, frame: Frame, result: GroundingResult) -> list[Outgoing]:
         for kind, words in result.problems:
             self.health.problem(kind, words)
+        if result.record is not None:
+            self._store.record_scene(result.record)
         self.health.count("scenes_grounded")
         unlocated_count = sum(one.box is None for one in result.objects.objects)
         self.health.count("objects_not_located", unlocated_count)
-        segmentation = Segmentation(frame.stamp_ns, frame.frame_id, instances_of(frame))
+        segmentation = Segmentation(frame.stamp_ns, frame.frame_id, result.instances)
         return [result.objects, result.groundings, segmentation, *result.timings]
 
     def _take(self, stamp_ns: int, part: str, item: Frame | Scene, now_ns: int) -> None:
@@ -115,7 +215,9 @@ class GroundingStage:
             self._admit(joined["frame"], joined["scene"])
 
     def _lacks_instances(self, frame: Frame) -> bool:
-        """Reports a frame without instance ids; it may come again with them."""
+        """Reports a frame without the instance ids it needs; it may come again with them."""
+        if self.configuration.segments:
+            return False
         try:
             instances_of(frame)
         except FrameError as error:
@@ -132,16 +234,25 @@ class GroundingStage:
             self.health.count("repeated")
             return
         _remember(self._taken, scene.scene_id)
-        fault = fault_of(scene) or self._too_many(frame, scene)
+        fault = fault_of(scene) or self._fault_of_objects(frame, scene)
         if fault is not None:
             self.health.problem("scene_refused", f"scene {scene.scene_id}: {fault}")
             return
         deadline_s = self.configuration.job_deadline_s
-        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene), deadline_s))
+        learned = Learned(self._store.memory, self._store.applied)
+        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene, learned), deadline_s))
         if self.cloud_wanted:
             self._jobs.append(Job(scene.scene_id, "cloud", (frame,), deadline_s))
 
-    def _too_many(self, frame: Frame, scene: Scene) -> str | None:
+    def _fault_of_objects(self, frame: Frame, scene: Scene) -> str | None:
+        """Why the instance ids do not fit to the scene; None if they do."""
+        if self.configuration.segments:
+            if not scene.objects:
+                return None
+            return (
+                f"it names {len(scene.objects)} objects by instance ids, but grounding tells "
+                "objects apart itself (parameter instances)"
+            )
         count = len(objects_of(instances_of(frame), scene))
         limit = self.configuration.max_objects
         if count <= limit:
@@ -160,9 +271,20 @@ class GroundingStage:
             "frame": f"the scene at {waited} its images: publish colour, depth, camera info and "
             "instance ids with exactly the stamp of the scene",
             "scene": f"the images at {waited} their scene: publish a scene message with exactly "
-            "the stamp of the images",
+            "the stamp of the images, or set the parameter scene_source to self",
         }
         self.health.problem(kind, f"{words[missing]} (more such are only counted)")
+
+
+def _own_scenes(configuration: GroundingConfiguration, health: Health) -> OwnScenes | None:
+    if configuration.scene_source != SELF:
+        return None
+    return OwnScenes(
+        SceneNumbers(configuration.state_dir, configuration.session, health),
+        configuration.capture_rate_hz,
+        configuration.join_timeout_s,
+        health,
+    )
 
 
 def _seconds(stamp_ns: int) -> str:

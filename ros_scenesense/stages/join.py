@@ -65,6 +65,23 @@ class SceneJoin:
         waiting = self._waiting.get(key)
         return key in self._done or (waiting is not None and part in waiting.parts)
 
+    def nearest(self, key: int, part: str, tolerance: int) -> int | None:
+        """Of the waiting scenes that lack a part, the one whose key (a number) is nearest.
+
+        Args:
+            key: Where to look.
+            part: What the scene must lack.
+            tolerance: So far its key may be away.
+        """
+        candidates = [
+            other
+            for other, waiting in self._waiting.items()
+            if isinstance(other, int)
+            and abs(other - key) <= tolerance
+            and part not in waiting.parts
+        ]
+        return min(candidates, key=lambda other: abs(other - key), default=None)
+
     def expired(self, now_ns: int) -> list[tuple[Hashable, list[str]]]:
         """Gives up the scenes that waited too long or were pushed out.
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import secrets
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,6 +32,7 @@ from ros_scenesense.stages.episodes import Episodes, Place
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.scene_ledger import SceneLedger
+from ros_scenesense.stages.sessions import new_session
 from ros_scenesense.stages.state_file import state_path
 from ros_scenesense.stages.withholding import withhold
 
@@ -310,11 +309,6 @@ class SimulatedCameraStage:
         if session != self.session or not number.isdecimal():
             return None
         return int(number)
-
-
-def new_session() -> str:
-    """A name for a session that no other one has."""
-    return f"{time.strftime('%Y%m%dT%H%M%S')}-{secrets.token_hex(2)}"
 
 
 def _length_of(configuration: SimulatedCameraConfiguration) -> float:

@@ -1,0 +1,136 @@
+"""The action language: reads domains, histories and goals (docs/action_language.md).
+
+`parse` and `load` read a whole text. With a description they go on from it: a history file, learned
+axioms, the objects of a scene. `parse_goal` and `parse_literal` read what a person asks. All of
+them report every problem of a text at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ros_scenesense.errors import LanguageError
+from ros_scenesense.knowledge.building import Builder, Domain
+from ros_scenesense.knowledge.checking import Checker
+from ros_scenesense.knowledge.declarations import Declarations
+from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
+from ros_scenesense.knowledge.literals import Literal
+from ros_scenesense.knowledge.problems import Problems
+from ros_scenesense.knowledge.signature import Signature
+from ros_scenesense.knowledge.syntax import read, read_alone
+from ros_scenesense.knowledge.terms import Place
+
+LONGEST_TEXT = 4 * 2**20
+"""Longer texts are refused; in characters."""
+
+
+EMPTY = SystemDescription(Signature({}, {}, {}))
+
+
+def parse(text: str, source: str = "text", description: SystemDescription = EMPTY) -> Domain:
+    """Reads a text in the action language.
+
+    Args:
+        text: Statements in any order.
+        source: Name of the text, for messages.
+        description: What the text goes on from; its own statements come on top.
+
+    Raises:
+        LanguageError: With all problems of the text, one per line, as `source:line:column: ...`.
+    """
+    problems = Problems()
+    if len(text) > LONGEST_TEXT:
+        raise LanguageError(f"{source} has {len(text)} characters, expected at most {LONGEST_TEXT}")
+    syntax = read(text, source, problems)
+    if not syntax.statements and not problems:
+        problems.add(Place(source, 1, 1), "found no statement; expected sorts, fluents, axioms")
+    declarations = Declarations(description.signature, syntax.unread, problems)
+    signature = declarations.signature(syntax.statements)
+    builder = Builder(signature, declarations, problems)
+    domain = builder.domain(syntax.statements, description, source)
+    _check(domain, description, Checker(signature, problems, syntax.unread))
+    problems.check()
+    return domain
+
+
+def load(path: Path, description: SystemDescription = EMPTY) -> Domain:
+    """Reads a file, as `parse` does.
+
+    Raises:
+        LanguageError: If it cannot be read, is no UTF-8 text, or says something wrong.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise LanguageError(f"{path} cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        column = error.start - error.object.rfind(b"\n", 0, error.start)
+        raise LanguageError(
+            f"{path}:{line}:{column}: found the byte 0x{error.object[error.start]:02X}, expected "
+            "text in UTF-8"
+        ) from error
+    return parse(text, str(path), description)
+
+
+def parse_goal(text: str, description: SystemDescription, source: str = "goal") -> Goal:
+    """Reads a goal such as `on(red_can, white_cube), no occluded(X)`, or the name of one.
+
+    Args:
+        text: What was asked.
+        description: The domain with the objects that are there.
+        source: Name of the text, for messages.
+
+    Raises:
+        LanguageError: With all problems of the text.
+    """
+    name = text.strip().removesuffix(".").rstrip()
+    if name in description.goals:
+        return description.goals[name]
+    conditions = _asked(text, description, source)
+    goal = Goal(conditions, place=Place(source, 1, 1))
+    problems = Problems()
+    Checker(description.signature, problems).goal(goal)
+    problems.check()
+    return goal
+
+
+def parse_literal(text: str, description: SystemDescription, source: str = "literal") -> Literal:
+    """Reads one literal without variables, such as `-stable(red_can)`.
+
+    Raises:
+        LanguageError: With all problems of the text.
+    """
+    goal = Goal(_asked(text, description, source), place=Place(source, 1, 1))
+    problems = Problems()
+    if len(goal.conditions) > 1 or goal.conditions[0].quantity is not Quantity.TRUE:
+        problems.add(goal.place, f"found {goal}, expected one literal")
+    Checker(description.signature, problems).goal(goal)
+    problems.check()
+    return goal.conditions[0].literal
+
+
+def _asked(text: str, description: SystemDescription, source: str) -> tuple[GoalCondition, ...]:
+    if len(text) > LONGEST_TEXT:
+        raise LanguageError(f"{source} has {len(text)} characters, expected at most {LONGEST_TEXT}")
+    problems = Problems()
+    written = read_alone(text, "asked", source, problems)
+    problems.check()
+    declarations = Declarations(description.signature, (), problems)
+    builder = Builder(description.signature, declarations, problems)
+    conditions = builder.goal_conditions(written)
+    problems.check()
+    return conditions
+
+
+def _check(domain: Domain, before: SystemDescription, checker: Checker) -> None:
+    """Checks what a text added; what was there before was checked then."""
+    description = domain.description
+    for axiom in description.axioms[len(before.axioms) :]:
+        checker.axiom(axiom)
+    for fact in description.facts[len(before.facts) :]:
+        checker.fact(fact)
+    for name, goal in description.goals.items():
+        if name not in before.goals:
+            checker.goal(goal)
+    checker.history(domain.history)
