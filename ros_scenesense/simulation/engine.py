@@ -195,7 +195,8 @@ class SimulationEngine:
         alone = self._moved_alone(draft.layout)
         self._world.build(draft.layout.pieces, draft.layout.pushed)
         pose, light = self._aim(draft, _rng(seed, index, "camera", attempt))
-        if not self._may_see_everything(pose):
+        # In a single stack nobody hides the others.
+        if len(structures_of(draft.layout)) > 1 and not self._may_see_everything(pose):
             return None
         stable = self._label(draft, alone, wish, _rng(seed, index, "jitter", attempt))
         if stable is None:
