@@ -60,6 +60,12 @@ class RosRoom:
         self.executor.add_node(node)
         return node
 
+    def remove(self, node: Any) -> None:
+        """Ends a node before the room is closed."""
+        self._nodes.remove(node)
+        self.executor.remove_node(node)
+        node.destroy_node()
+
     def probe(self) -> Probe:
         """A node that listens and talks for the test."""
         from rclpy.node import Node

@@ -117,7 +117,7 @@ def test_missing_data_is_a_finding(monkeypatch):
     monkeypatch.setattr(examination, "resource", gone)
     (finding,) = examination._shipped_data()
     assert finding.state is State.MISSING
-    assert "classification.lp" in finding.found
+    assert "robot_assistant.al" in finding.found
 
 
 def test_examination_survives_its_own_failure(monkeypatch):

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import dataclasses
 import itertools
+from collections.abc import Collection
 
 import numpy as np
 import pytest
@@ -13,12 +15,17 @@ from ros_scenesense.reasoning.facts import (
     SceneObject,
     cyclic_pairs,
 )
+from ros_scenesense.reasoning.program import Selection
 from ros_scenesense.reasoning.random_facts import random_facts
 from ros_scenesense.scene import Distance, Position, Size, Surface
 
-EVERYTHING = frozenset(
-    {("size", 2), ("surface", 2), *((str(r), 2) for r in (*Position, *Distance))}
-)
+
+def asking(*names: str, uncertain: Collection[str] = ()) -> Selection:
+    used = frozenset((name, 2) for name in names)
+    return Selection((), (), used, frozenset(), frozenset(uncertain))
+
+
+EVERYTHING = asking("obj_size", "obj_surface", *map(str, (*Position, *Distance)))
 A, B, C = (SceneObject(name) for name in "abc")
 
 
@@ -37,29 +44,72 @@ def test_rendering_writes_integers_and_our_own_words() -> None:
         ),
         (relation("b", "a). bad("),),
     )
-    assert facts.render(["s1"], EVERYTHING) == (
-        "enabled(s1).surveyed(0).size(0,small).size(1,large).surface(0,flat)."
+    assert facts.render(EVERYTHING) == (
+        "object(0..1).obj_size(0,small).obj_size(1,large).obj_surface(0,flat)."
         "above(1,0).touching(1,0)."
     )
+    assert [each.atom for each in facts.statements(EVERYTHING)] == [
+        "obj_size(0,small)",
+        "obj_size(1,large)",
+        "obj_surface(0,flat)",
+        "above(1,0)",
+        "touching(1,0)",
+    ]
 
 
 def test_rendering_leaves_out_what_the_program_does_not_ask_for() -> None:
     facts = random_facts(8, np.random.default_rng(0))
-    used = facts.render([], frozenset({("below", 2), ("size", 2)}))
-    assert {fact.split("(")[0] for fact in used.split(".") if fact} == {"surveyed", "size", "below"}
+    used = facts.render(asking("below", "obj_size"))
+    names = {fact.split("(")[0] for fact in used.split(".") if fact}
+    assert names == {"object", "7)", "obj_size", "below"}
 
 
-def test_an_object_is_surveyed_only_if_its_relation_to_all_located_objects_is_known() -> None:
-    hidden = SceneObject("hidden", located=False)
-    facts = SceneFacts((A, B, C, hidden), (relation("a", "b"), relation("c", "a")))
-    assert "surveyed(0)" in facts.render([], EVERYTHING)
-    assert "surveyed(1)" not in facts.render([], EVERYTHING)
-    assert "surveyed(3)" not in facts.render([], EVERYTHING)
+def unknown(facts: SceneFacts, *names: str) -> set[str]:
+    text = facts.render(asking(uncertain=names))
+    return {fact[8:-1] for fact in text.split(".") if fact.startswith("unknown(")}
+
+
+def test_what_is_not_known_of_a_pair_is_unknown_in_both_directions() -> None:
+    facts = SceneFacts((A, B, C), (relation("a", "b"), relation("c", "a")))
+    assert unknown(facts, "above") == {"above(1,2)", "above(2,1)"}
+    assert not facts.is_complete(asking(uncertain=["above"]))
+    assert facts.is_complete(asking("above"))
+    complete = SceneFacts((A, B, C), (*facts.relations, relation("c", "b")))
+    assert complete.is_complete(asking(uncertain=["above", "behind"]))
+
+
+def test_what_nobody_sees_may_be_below_what_is_seen_but_not_in_front_of_it() -> None:
+    facts = SceneFacts((A, SceneObject("hidden", located=False)), ())
+    assert unknown(facts, "above") == {"above(0,1)", "above(1,0)"}
+    assert unknown(facts, "behind") == {"behind(1,0)"}
+    assert unknown(facts, "front") == {"front(0,1)"}
+
+
+def test_an_attribute_that_is_not_known_may_have_any_value() -> None:
+    facts = SceneFacts((SceneObject("a", size=Size.SMALL), SceneObject("b")), ())
+    assert unknown(facts, "obj_size") == {f"obj_size(1,{size})" for size in Size}
+    denied = dataclasses.replace(asking("obj_size"), denied=frozenset({("obj_size", 2)}))
+    assert facts.render(denied) == (
+        "object(0..1).obj_size(0,small).-obj_size(0,medium).-obj_size(0,large)."
+    )
+
+
+def test_relations_can_be_withdrawn_one_by_one() -> None:
+    pair = PairRelation("a", "b", Position.ABOVE, Distance.TOUCHING, 0.25, 0.5)
+    asked = asking("above", "touching", uncertain=["behind", "far"])
+    text = SceneFacts((A, B), (pair,)).render(asked, retractable=True)
+    assert text == (
+        "object(0..1)."
+        "perceived(0,250).above(0,1):-not retracted(0)."
+        "unknown(behind(0,1)):-retracted(0).unknown(behind(1,0)):-retracted(0)."
+        "perceived(1,500).touching(0,1):-not retracted(1)."
+        "unknown(far(0,1)):-retracted(1).unknown(far(1,0)):-retracted(1)."
+    )
 
 
 def test_foreign_text_in_place_of_an_enum_member_is_not_written() -> None:
     bad = PairRelation("a", "b", "x). bad(", Distance.FAR)  # type: ignore[arg-type]
-    assert "bad" not in SceneFacts((A, B), (bad,)).render([], EVERYTHING)
+    assert "bad" not in SceneFacts((A, B), (bad,)).render(EVERYTHING)
 
 
 ABOVE, BELOW_AGAIN = relation("a", "b"), relation("b", "a", Position.BELOW)

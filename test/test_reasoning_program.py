@@ -4,21 +4,34 @@ from pathlib import Path
 
 import pytest
 
-from ros_scenesense.errors import ReasoningError
-from ros_scenesense.reasoning.program import Program
+from ros_scenesense.errors import LanguageError, ReasoningError
+from ros_scenesense.knowledge.action_language import parse
+from ros_scenesense.knowledge.classification import ClassificationRule
+from ros_scenesense.knowledge.description import SystemDescription
+from ros_scenesense.reasoning.program import Axiom, Program
 from ros_scenesense.scene import Task
 
-AXIOM = """
-#defined enabled/1.
-#defined surveyed/1.
-axiom(a1, normal, "Everything is stable.").
-pos(stable(A), a1) :- enabled(a1), surveyed(A).
+DOMAIN = """
+sort object.
+sort size = {small, large}.
+inertial fluent above(object, object), left(object, object), right(object, object),
+    far(object, object).
+static obj_size(object, size).
+estimated fluent stable(object), occluded(object), wet(object).
 """
+
+
+def description(text: str = "") -> SystemDescription:
+    return parse(DOMAIN + text, "domain.al").description
 
 
 @pytest.fixture(scope="module")
 def shipped() -> Program:
     return Program.shipped()
+
+
+def used_by(program: Program, *withheld: str) -> set[str]:
+    return {name for name, _ in program.selection(frozenset(withheld)).used}
 
 
 def test_the_shipped_program_declares_the_axioms_of_the_domain(shipped: Program) -> None:
@@ -36,69 +49,45 @@ def test_the_shipped_program_declares_the_axioms_of_the_domain(shipped: Program)
 
 
 def test_facts_that_no_axiom_needs_are_not_asked_for(shipped: Program) -> None:
-    names = {name for name, _ in shipped.used}
-    assert {"above", "below", "behind", "front", "touching", "size", "surface"} <= names
-    assert names.isdisjoint({"left", "right", "far", "not_touching", "in"})
+    needed = {"above", "below", "behind", "front", "touching", "in", "obj_size", "obj_surface"}
+    assert needed <= used_by(shipped)
+    assert used_by(shipped).isdisjoint({"left", "right", "far", "not_touching"})
+    assert used_by(shipped, "o1", "o2", "o3").isdisjoint({"behind", "front"})
+    assert "obj_surface" not in used_by(shipped, "s2")
 
 
 def test_a_relation_is_asked_for_once_an_axiom_needs_it() -> None:
-    rule = (
-        'axiom(a2, default, "x"). neg(occluded(A), a2) :- enabled(a2), left(A, _).'
-        "left(A, B) :- right(B, A). #defined right/2. far(A, B) :- far(B, A)."
-    )
-    assert {("left", 2), ("right", 2)} <= Program(AXIOM + rule).used
-    assert ("far", 2) not in Program(AXIOM + rule).used
+    rules = "far(A, B) if far(B, A). left(A, B) if right(B, A)."
+    assert used_by(Program.of(description(rules))).isdisjoint({"left", "right", "far"})
+    rules += "a2: normally -occluded(A) if left(A, B)."
+    program = Program.of(description(rules))
+    assert {"left", "right"} <= used_by(program)
+    assert "far" not in used_by(program)
+    assert used_by(program, "a2").isdisjoint({"left", "right", "far"})
 
 
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [
-        ("a.\npos(stable(A), s1 :- b(A).", "2:19", "unexpected :-"),
-        ("a.\n  b(A) :- not a.", "2:3", "'A' is unsafe"),
-        (AXIOM + "neg(stable(A), a1) :- enabled(a1), abov(A, _).", "6:36", "abov"),
-        ("#defined enabled/1.\npos(stable(1), a1) :- enabled(a1).", "2:1", "not declared"),
-        (AXIOM + "neg(stable(A), a1) :- surveyed(A).", "6:1", "enabled(a1)"),
-        (AXIOM + "neg(wet(A), a1) :- enabled(a1), surveyed(A).", "6:1", "'wet' is no fluent"),
-        (AXIOM + "pos(stable(A,A),a1) :- enabled(a1), surveyed(A).", "6:1", "'stable(A,A)'"),
+        ("a. pos(stable(A), s1 :- b(A).", "1:22", "unexpected :-"),
         ("a.\n\0b.", "2", "zero character"),
     ],
 )
-def test_a_broken_program_is_refused_with_its_place(
+def test_a_broken_rule_is_refused_with_its_place(
     text: str, place: str, words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(ReasoningError) as caught:
-        Program(text, "domain.lp")
+        Program([ClassificationRule(text)], [], "domain.lp")
     assert f"domain.lp:{place}" in str(caught.value)
     assert words in str(caught.value)
     assert "<string>" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (AXIOM + 'axiom(a1, default, "again").', "must be the only"),
-        (AXIOM + 'axiom(a2, perhaps, "x").', "normal | default"),
-        (AXIOM + "axiom(a2, normal, words).", '"in words"'),
-        (AXIOM + 'axiom(a2, normal, "No rule.").', "0 fluents"),
-        (AXIOM + "neg(occluded(A), a1) :- enabled(a1), surveyed(A).", "2 fluents"),
-    ],
-)
-def test_a_wrong_declaration_is_refused(text: str, words: str) -> None:
+def test_a_name_that_the_program_needs_itself_is_refused() -> None:
     with pytest.raises(ReasoningError) as caught:
-        Program(text, "domain.lp")
-    assert "domain.lp" in str(caught.value)
-    assert words in str(caught.value)
-
-
-def test_a_missing_or_unreadable_file_is_named(tmp_path: Path) -> None:
-    missing = tmp_path / "none.lp"
-    with pytest.raises(ReasoningError, match=r"none\.lp cannot be read"):
-        Program.load(missing)
-    binary = tmp_path / "binary.lp"
-    binary.write_bytes(b"a. \xff\xfe")
-    with pytest.raises(ReasoningError, match=r"binary\.lp cannot be read"):
-        Program.load(binary)
+        Program.of(description("estimated fluent possible(object)."))
+    assert "domain.al:8:18: 'possible'" in str(caught.value)
 
 
 def test_a_missing_installation_is_a_reasoning_error(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,20 +96,63 @@ def test_a_missing_installation_is_a_reasoning_error(monkeypatch: pytest.MonkeyP
         Program.shipped()
 
 
-def test_the_revision_changes_with_the_knowledge_in_force_only(shipped: Program) -> None:
-    text = Program(AXIOM)
-    revision = text.revision()
-    assert Program("% a comment\n" + AXIOM.replace(", surveyed", ",\n  surveyed")).revision() == (
-        revision
+def test_other_estimated_fluents_decide_nothing() -> None:
+    program = Program.of(description("w: wet(A) if left(A, B). s: stable(A) if wet(A)."))
+    assert program.axioms == (
+        Axiom("s", "normal", "stable(A) if wet(A).", Task.STABILITY, "wet({})"),
     )
-    assert Program(AXIOM + "far(A, B) :- far(B, A).").revision() == revision
-    assert Program(AXIOM.replace("Everything", "All")).revision() != revision
-    assert Program(AXIOM.replace("normal", "default")).revision() != revision
-    assert Program(AXIOM.replace("surveyed(A)", "surveyed(A), A > 1")).revision() != revision
-    other = 'axiom(a2, default, "x"). neg(stable(A), a2) :- enabled(a2), surveyed(A).'
-    assert Program(AXIOM + other).revision() != revision
-    assert Program(AXIOM + other).revision(["a2"]) == revision
+    assert "left" in used_by(program)
+
+
+def test_the_revision_changes_with_the_knowledge_in_force_only(shipped: Program) -> None:
+    rule = 'a1 "Everything is stable.": stable(A) if above(A, B).'
+
+    def revision(text: str, *withheld: str) -> str:
+        return Program.of(description(text)).revision(withheld)
+
+    assert revision("% a comment\n" + rule.replace(" if", "\n   if")) == revision(rule)
+    assert revision(rule + "far(A, B) if far(B, A).") == revision(rule)
+    assert revision(rule.replace("Everything", "All")) != revision(rule)
+    assert revision(rule.replace("stable(A) if", "normally stable(A) if")) != revision(rule)
+    assert revision(rule.replace("if", "if left(A, B),")) != revision(rule)
+    other = rule + "a2: normally -stable(A) if left(A, B)."
+    assert revision(other) != revision(rule)
+    assert revision(other, "a2") == revision(rule)
 
     ids = [axiom.id for axiom in shipped.axioms]
     revisions = {shipped.revision(ids[:count]) for count in range(len(ids) + 1)}
     assert len(revisions) == len(ids) + 1
+
+
+def test_learned_axioms_are_added_and_removed(shipped: Program) -> None:
+    text = "normally occluded(A) if behind(A, B), obj_size(B, large)."
+    extended = shipped.extended({"l1": text})
+    assert extended.axioms[-1] == Axiom(
+        "l1", "default", text, Task.OCCLUSION, "behind({}, B), obj_size(B, large)"
+    )
+    assert extended.revision() != shipped.revision()
+    assert extended.revision(["l1"]) == shipped.revision()
+    assert extended.without(["l1"]).revision() == shipped.revision()
+
+
+@pytest.mark.parametrize(
+    ("identifier", "text", "words"),
+    [
+        ("s1", "stable(A).", "already"),
+        ("l1", "stabel(A) if on(A, table).", "stable"),
+        ("l1", "stable(A) if on(A, B). occluded(A).", "nothing else"),
+        ("l1", "stable(A) if on(A, B). sort extra.", "nothing else"),
+        ("l1", "pickup(R, A) causes stable(A).", "axiom l1"),
+        ("l1", "initially normally stable(A) if on(A, B).", "expected `l if ...`"),
+        ("l1", "pos(stable(A)) :- a.", "axiom l1:1"),
+        ("l1", "", "axiom l1"),
+        ("a). bad(", "stable(A) if on(A, B).", "is no name"),
+        ("l1", "obj_size(a, b).", "axiom l1"),
+    ],
+)
+def test_a_wrong_learned_axiom_is_refused(
+    shipped: Program, identifier: str, text: str, words: str
+) -> None:
+    with pytest.raises(LanguageError) as caught:
+        shipped.extended({identifier: text})
+    assert words in str(caught.value)

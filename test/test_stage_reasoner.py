@@ -4,10 +4,12 @@ import itertools
 from collections.abc import Sequence
 from typing import TypeVar
 
+import msgspec
 import pytest
 
 from ros_scenesense.errors import ParameterError, ReasoningError
 from ros_scenesense.geometry import Box, Pose
+from ros_scenesense.knowledge.classification import ClassificationRule
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import AnyMessage, Stamp
 from ros_scenesense.messages.codec import decode, encode
@@ -19,7 +21,7 @@ from ros_scenesense.messages.grounding import (
     SizeAttribute,
     SurfaceAttribute,
 )
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, RetractedRelation, Verdicts
 from ros_scenesense.messages.scenes import (
     KnownObject,
     Labels,
@@ -28,7 +30,7 @@ from ros_scenesense.messages.scenes import (
     StructureLabel,
 )
 from ros_scenesense.parameters import build
-from ros_scenesense.reasoning.program import Program
+from ros_scenesense.reasoning.program import Axiom, Program
 from ros_scenesense.scene import (
     DecisionStatus,
     Distance,
@@ -36,6 +38,7 @@ from ros_scenesense.scene import (
     Position,
     Size,
     Surface,
+    Task,
     Truth,
 )
 from ros_scenesense.stages.protocol import Outgoing, Stage, Timing
@@ -84,16 +87,20 @@ def objects(*each: PerceivedObject, number: int = 1) -> Objects:
 
 
 def relation(
-    one: str, other: str, position: Position = Position.ABOVE, distance: Distance = Distance.FAR
+    one: str,
+    other: str,
+    position: Position = Position.ABOVE,
+    distance: Distance = Distance.FAR,
+    confidence: float = 0.9,
 ) -> Relation:
     return Relation(
         object=one,
         reference=other,
         position=position,
-        position_confidence=0.9,
+        position_confidence=confidence,
         position_source="qsr",
         distance=distance,
-        distance_confidence=0.9,
+        distance_confidence=confidence,
         distance_source="qsr",
     )
 
@@ -355,7 +362,8 @@ def test_objects_with_one_name_stay_undecided() -> None:
     twins = objects(perceived("duck"), perceived("cube"), perceived("cube"))
     beliefs = one(feed(reasoner, scene(), twins, relations(relation("cube", "duck"))), Beliefs)
     assert status_of(beliefs)["cube"] == (DecisionStatus.UNDECIDED, DecisionStatus.UNDECIDED)
-    assert status_of(beliefs)["duck"] == (DecisionStatus.STRICT, DecisionStatus.STRICT)
+    # The duck may stand on a cube, of which nobody knows where it is.
+    assert status_of(beliefs)["duck"] == (DecisionStatus.UNDECIDED, DecisionStatus.STRICT)
     assert set(problems(reasoner)) == {"object_repeated", "relation_of_repeated_object"}
 
 
@@ -364,7 +372,7 @@ def test_an_object_that_is_not_located_or_not_reported_stays_undecided() -> None
     reported = objects(perceived("cube"), perceived("hidden", located=False, size=Size.SMALL))
     outgoing = feed(reasoner, scene(["cube", "hidden", "lost"]), reported, relations())
     assert status_of(one(outgoing, Beliefs)) == {
-        "cube": (DecisionStatus.STRICT, DecisionStatus.STRICT),
+        "cube": (DecisionStatus.UNDECIDED, DecisionStatus.STRICT),
         "hidden": (DecisionStatus.UNDECIDED, DecisionStatus.UNDECIDED),
         "lost": (DecisionStatus.UNDECIDED, DecisionStatus.UNDECIDED),
     }
@@ -377,15 +385,23 @@ def test_objects_on_each_other_in_a_circle() -> None:
     reasoner = stage()
     circle = relations(
         relation("duck", "cube", distance=Distance.TOUCHING),
-        relation("cube", "can", distance=Distance.TOUCHING),
+        relation("cube", "can", distance=Distance.TOUCHING, confidence=0.3),
         relation("can", "duck", distance=Distance.TOUCHING),
     )
     beliefs = one(feed(reasoner, TOWER[0], TOWER[1], circle), Beliefs)
-    assert beliefs.derived == []
-    assert {status for each in status_of(beliefs).values() for status in each} == {
-        DecisionStatus.UNDECIDED
-    }
-    assert "'can', 'cube', 'duck'" in problems(reasoner)["objects_on_each_other"]
+    assert decode(encode(beliefs), Beliefs) == beliefs
+    # The least trusted relations of the circle, equally good to withdraw.
+    assert beliefs.retracted == [
+        RetractedRelation(
+            relation=name, object="cube", reference="can", confidence=0.3, source="qsr"
+        )
+        for name in ("above", "touching")
+    ]
+    assert beliefs.conflict == ""
+    supports = {(each.object, each.reference) for each in beliefs.derived}
+    assert supports == {("duck", "cube"), ("can", "duck")}
+    assert beliefs.objects[2].stable.value is False
+    assert "'cube' is above 'can'" in problems(reasoner)["relations_retracted"]
 
 
 def test_a_scene_that_is_too_large_is_settled_without_decisions() -> None:
@@ -406,9 +422,23 @@ def test_relations_in_the_robot_frame_say_nothing_of_occlusion() -> None:
     assert "viewer" in problems(reasoner)["relations_in_robot_frame"]
 
 
+def test_directions_as_the_viewer_sees_them_say_what_hides_what() -> None:
+    of_the_viewer = feed(stage(), *TOWER)
+    turned = [
+        msgspec.structs.replace(each, position=Position.RIGHT, viewer_position=each.position)
+        if each.position is not Position.BELOW
+        else each
+        for each in TOWER[2].relations
+    ]
+    reasoner = stage()
+    robot = relations(*turned, frame=NamingFrame.ROBOT)
+    outgoing = feed(reasoner, TOWER[0], TOWER[1], robot)
+    assert status_of(one(outgoing, Beliefs)) == status_of(one(of_the_viewer, Beliefs))
+    assert not problems(reasoner)
+
+
 SLOW = """
-#defined enabled/1. #defined surveyed/1.
-axiom(x, normal, "Slow."). pos(stable(A), x) :- enabled(x), surveyed(A).
+pos(stable(A), x) :- object(A).
 { in_hole(P, H) : H = 1..11 } = 1 :- P = 1..12.
 :- in_hole(P, H), in_hole(Q, H), P < Q.
 """
@@ -416,7 +446,8 @@ axiom(x, normal, "Slow."). pos(stable(A), x) :- enabled(x), surveyed(A).
 
 def test_a_search_that_takes_too_long_is_reported() -> None:
     configuration = ReasonerConfiguration(time_limit_s=0.01)
-    reasoner = ReasonerStage(configuration, Program(SLOW))
+    program = Program([ClassificationRule(SLOW)], [Axiom("x", "normal", "Slow.", Task.STABILITY)])
+    reasoner = ReasonerStage(configuration, program)
     outgoing = feed(reasoner, *TOWER)
     assert set(status_of(one(outgoing, Beliefs)).values()) == {
         (DecisionStatus.TIMED_OUT, DecisionStatus.TIMED_OUT)
@@ -439,5 +470,14 @@ def test_a_solver_that_fails_leaves_the_scene_undecided(monkeypatch: pytest.Monk
 
 
 def test_a_broken_program_stops_the_stage_at_once() -> None:
-    with pytest.raises(ReasoningError, match=r"domain\.lp:1:1"):
-        ReasonerStage(ReasonerConfiguration(), Program("a(A).", "domain.lp"))
+    with pytest.raises(ReasoningError, match=r"domain:1:4-5: error"):
+        ReasonerStage(ReasonerConfiguration(), Program([ClassificationRule("a(A.")], [], "domain"))
+
+
+def test_a_scene_that_nothing_makes_consistent_is_reported_with_the_reason() -> None:
+    rules = [ClassificationRule(":- obj_surface(A, irregular).", "flat_world")]
+    reasoner = ReasonerStage(ReasonerConfiguration(), Program(rules, []))
+    beliefs = one(feed(reasoner, *TOWER), Beliefs)
+    assert beliefs.conflict == "axiom flat_world; the surface of 'duck' is irregular"
+    assert {each.stable.status for each in beliefs.objects} == {DecisionStatus.INCONSISTENT}
+    assert beliefs.conflict in problems(reasoner)["scene_inconsistent"]

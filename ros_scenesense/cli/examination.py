@@ -60,7 +60,7 @@ ROS_PACKAGES = (
     "visualization_msgs.msg",
 )
 SHIPPED = (
-    ("asp", "classification.lp"),
+    ("asp", "robot_assistant.al"),
     ("config", "scenesense.yaml"),
     ("config", "fastdds_profile.xml"),
     ("config", "objects/cube.yaml"),

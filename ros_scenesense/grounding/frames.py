@@ -67,6 +67,17 @@ def gravity_axes(up: Float) -> NamingAxes:
     return NamingAxes(NamingFrame.VIEWER, np.stack([np.cross(away, up), away, up]))
 
 
+def yaw_to_robot(axes: NamingAxes, camera_pose: Pose) -> float:
+    """By how much (radians) the viewer's axes must be turned to the left to be the robot's.
+
+    Args:
+        axes: The viewer's.
+        camera_pose: Pose of the optical frame in the world, whose x is ahead of the robot.
+    """
+    right = -rotation_matrix(camera_pose.orientation)[1]  # of the robot, in the optical frame
+    return float(np.arctan2(axes.rows[1] @ right, axes.rows[0] @ right))
+
+
 def choose_axes(
     frame: str, table_normal: Float | None, camera_pose: Pose | None
 ) -> tuple[NamingAxes, str | None]:

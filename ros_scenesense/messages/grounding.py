@@ -80,18 +80,23 @@ class Grounding(Part, frozen=True):
 
 
 class PairGrounding(Part, frozen=True):
-    """Both models about `object` with respect to `reference`; None = the model says nothing."""
+    """Both models about `object` with respect to `reference`; None = the model says nothing.
+
+    `viewer_position`: what the QSR says along the viewer's axes, if the naming axes are turned.
+    """
 
     object: Name
     reference: Name
     qsr: Grounding | None = None
     msr: Grounding | None = None
+    viewer_position: Position | None = None
 
 
 class Groundings(SceneMessage, frozen=True, tag="groundings/1"):
     """Every directed pair of located objects, named in `naming_frame`.
 
-    `viewpoint_yaw` (radians, about up) turns the viewer frame into the robot frame.
+    `viewpoint_yaw`: by so many radians, about up, the naming axes are turned to the left of the
+    viewer's; known from the camera pose, or estimated from what people said.
     `applied_update` is the id of the last `msr_update` that the histograms contain.
     """
 
@@ -112,10 +117,18 @@ class MsrSample(Part, frozen=True):
 
 
 class MsrUpdate(Message, frozen=True, tag="msr_update/1"):
-    """Evidence from control to grounding; re-sent with the same id until it is applied."""
+    """Evidence from control to grounding; re-sent with the same id until it is applied.
+
+    Applied once, in the order of the ids; of those below `first_pending` none will come any more.
+    `agreement_dropped`: people suddenly disagree with the groundings, as if the viewpoint had
+    changed: what was learned before these samples may have to count little from now on.
+    A human sample replaces the one of before about the same pair and kind of relation in a scene.
+    """
 
     id: Count
+    first_pending: Count
     samples: list[MsrSample]
+    agreement_dropped: bool = False
 
 
 RelationSource = Literal["qsr", "msr", "human"]
@@ -126,6 +139,8 @@ class Relation(Part, frozen=True):
 
     Directed as `object` with respect to `reference`. `in` puts the contained object first, every
     other pair stands in the order of the objects' names; axioms infer the converse.
+    `viewer_position`: where a viewer would say it is, if the naming frame is not the viewer's and
+    the direction is one on the table; who hides whom depends on it.
     """
 
     object: Name
@@ -136,6 +151,7 @@ class Relation(Part, frozen=True):
     distance: Distance
     distance_confidence: Probability
     distance_source: RelationSource
+    viewer_position: Position | None = None
 
 
 class Relations(SceneMessage, frozen=True, tag="relations/1"):
@@ -152,14 +168,28 @@ class Relations(SceneMessage, frozen=True, tag="relations/1"):
     trust_revision: Count
 
 
+class KindTrust(Part, frozen=True):
+    """Trust in each grounding on one kind of relation."""
+
+    kind: Literal["containment", "vertical", "horizontal", "distance"]
+    qsr: Probability
+    msr: Probability
+
+
 class Trust(Message, frozen=True, tag="trust/1"):
-    """Trust in each grounding = share of agreement with human feedback, from a prior."""
+    """Trust in each grounding = share of agreement with human feedback, from a prior.
+
+    `viewpoint_changed`: the last feedback made it likely that agreement has dropped, as it does
+    when the camera moves; what was found before then counts little.
+    """
 
     revision: Count
     qsr: Probability
     msr: Probability
     feedback_count: Count
     viewpoint_changed: bool = False
+    mode: Literal["switch", "arbiter"] = "arbiter"
+    kinds: list[KindTrust] = []
 
 
 class Feedback(HumanMessage, frozen=True, tag="feedback/1"):

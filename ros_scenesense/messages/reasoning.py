@@ -13,6 +13,7 @@ from ros_scenesense.messages.base import (
     Message,
     Name,
     Part,
+    Probability,
     SceneMessage,
     Text,
 )
@@ -23,12 +24,14 @@ class Belief(Part, frozen=True):
     """What reasoning decided about one literal.
 
     `value` is None unless the status is `strict` or `by_default`. `axioms` are the ids of the
-    axioms that derived it (both sides' axioms when inconsistent).
+    axioms that derived it (both sides' axioms when inconsistent). `why` is the short explanation:
+    the first normal one of these axioms, else the first, and what it rests on.
     """
 
     status: DecisionStatus
     value: bool | None = None
     axioms: list[Name] = []
+    why: Text = ""
 
 
 class ObjectBelief(Part, frozen=True):
@@ -54,14 +57,32 @@ class DerivedRelation(Part, frozen=True):
     reference: Name
 
 
+class RetractedRelation(Part, frozen=True):
+    """A perceived relation that contradicts the knowledge or other relations: not believed."""
+
+    relation: Name
+    object: Name
+    reference: Name
+    confidence: Probability
+    source: Text = ""
+
+
 class Beliefs(SceneMessage, frozen=True, tag="beliefs/1"):
-    """All decisions about a scene, once per scene, and the revisions they rest on."""
+    """All decisions about a scene, once per scene, and the revisions they rest on.
+
+    `retracted` are the fewest perceived relations, the least trusted first, without which the scene
+    is consistent; where several explanations are equally good, those of all of them, and the
+    decisions hold whichever is right. `conflict` says in words what contradicts each other where no
+    retraction helps.
+    """
 
     objects: list[ObjectBelief]
     structures: list[StructureBelief]
     derived: list[DerivedRelation]
     knowledge_revision: Name
     trust_revision: Count
+    retracted: list[RetractedRelation] = []
+    conflict: Text = ""
 
 
 class Verdict(Part, frozen=True):

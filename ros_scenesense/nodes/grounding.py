@@ -8,7 +8,7 @@ from typing import Any
 from sensor_msgs.msg import Image, PointCloud2
 from std_srvs.srv import Trigger
 
-from ros_scenesense.messages.grounding import Groundings, Objects
+from ros_scenesense.messages.grounding import Groundings, MsrUpdate, Objects
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.base import StageNode
@@ -33,7 +33,7 @@ class GroundingNode(StageNode):
             "grounding",
             GroundingNodeConfiguration,
             GroundingStage,
-            subscribes=(Scene,),
+            subscribes=(Scene, MsrUpdate),
             publishes=(Groundings, Objects),
             **node_options,
         )

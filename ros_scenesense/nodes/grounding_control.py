@@ -1,11 +1,18 @@
-"""The node `grounding_control`: settles on one relation per pair of objects."""
+"""The node `grounding_control`: settles on relations, takes feedback, and teaches grounding."""
 
 from __future__ import annotations
 
 import sys
 from typing import Any
 
-from ros_scenesense.messages.grounding import Groundings, Relations, Trust
+from ros_scenesense.messages.grounding import (
+    Feedback,
+    FeedbackResult,
+    Groundings,
+    MsrUpdate,
+    Relations,
+    Trust,
+)
 from ros_scenesense.nodes.base import StageNode
 from ros_scenesense.nodes.running import run
 from ros_scenesense.stages.grounding_control import (
@@ -22,8 +29,8 @@ class GroundingControlNode(StageNode):
             "grounding_control",
             GroundingControlConfiguration,
             GroundingControlStage,
-            subscribes=(Groundings,),
-            publishes=(Relations, Trust),
+            subscribes=(Groundings, Feedback),
+            publishes=(Relations, Trust, FeedbackResult, MsrUpdate),
             **node_options,
         )
 

@@ -1,4 +1,4 @@
-"""Finds the plane that most background points lie on: the table top.
+"""Finds the plane that most points lie on, and the one of the table top.
 
 RANSAC in numpy rather than Open3D's `segment_plane`, whose result still varies from run to run
 with a fixed seed.
@@ -6,7 +6,8 @@ with a fixed seed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +17,9 @@ _HYPOTHESES = 200
 _SCORED = 500
 _INLIER_M = 0.01
 _SMALLEST_SHARE = 0.25
+_SMALLEST_TABLE_SHARE = 0.1
+_LARGEST_TILT_DEG = 20.0
+_LARGEST_ROLL_DEG = 45.0
 _FEWEST_POINTS = 50
 _REFINEMENTS = 2
 
@@ -48,8 +52,47 @@ def find_plane(points: Float, rng: np.random.Generator) -> Plane | None:
     if len(points) < _FEWEST_POINTS:
         return None
     candidate = _best_hypothesis(points, rng)
-    if candidate is None:
+    plane = None if candidate is None else _refined(points, candidate)
+    return None if plane is None or plane.share < _SMALLEST_SHARE else plane
+
+
+def find_table(points: Float, rng: np.random.Generator, up: Float | None = None) -> Plane | None:
+    """The plane with the most points among those that a table top can be.
+
+    Args:
+        points: (N, 3) finite, metres, camera optical frame, of everything that the camera sees.
+        rng: Draws the hypotheses.
+        up: (3,) direction against gravity in the optical frame; None if unknown. Then the camera
+            is taken to look down at the table, its image more or less upright.
+
+    Returns:
+        The plane, or None if there are too few points or no such plane holds enough of them.
+    """
+    if len(points) < _FEWEST_POINTS:
         return None
+    rest = points
+    while len(rest) >= max(_FEWEST_POINTS, _SMALLEST_TABLE_SHARE * len(points)):
+        candidate = _best_hypothesis(rest, rng)
+        plane = None if candidate is None else _refined(rest, candidate)
+        if plane is None or plane.share * len(rest) < _SMALLEST_TABLE_SHARE * len(points):
+            return None
+        if _may_be_table(plane, up):
+            return replace(plane, share=plane.share * len(rest) / len(points))
+        # A wall: the table is among what is left.
+        rest = rest[np.abs(rest @ plane.normal + plane.height_m) > _INLIER_M]
+    return None
+
+
+def _may_be_table(plane: Plane, up: Float | None) -> bool:
+    if up is not None:
+        return float(plane.normal @ up) > math.cos(math.radians(_LARGEST_TILT_DEG))
+    # The image's up is -y. A wall before a camera that looks down faces a little downwards.
+    sideways, upward = abs(float(plane.normal[0])), -float(plane.normal[1])
+    return sideways < math.sin(math.radians(_LARGEST_ROLL_DEG)) and upward > -0.05
+
+
+def _refined(points: Float, candidate: tuple[Float, float]) -> Plane | None:
+    """The least-squares plane of the points near a candidate; None if they are too few."""
     normal, offset = candidate
     for _ in range(_REFINEMENTS):
         near = np.abs(points @ normal - offset) <= _INLIER_M
@@ -57,8 +100,6 @@ def find_plane(points: Float, rng: np.random.Generator) -> Plane | None:
             return None
         normal, offset = _fit(points[near])
     share = float(np.mean(np.abs(points @ normal - offset) <= _INLIER_M))
-    if share < _SMALLEST_SHARE:
-        return None
     # The camera is the origin: it lies on the side where the normal's offset is negative.
     if offset > 0.0:
         normal, offset = -normal, -offset

@@ -1,83 +1,192 @@
-"""Tells the objects of a frame apart where nobody gave instance ids.
+"""Finds the objects on a table in an RGB-D frame that comes without instance ids.
 
-What stands out of the table plane is split wherever neighbouring pixels lie apart in space. Objects
-that touch stay one.
+The table's plane is found, what rises from it cut into pieces that are surely of one object each
+(`regions`), and these put together (`merging`). Objects are what stands over the visible table:
+walls and chairs beside it are none. See docs/perception.md.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import cv2
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.errors import FrameError
-from ros_scenesense.geometry import Float
-from ros_scenesense.perception.clouds import background_points
-from ros_scenesense.perception.plane import find_plane
+from ros_scenesense.geometry import Float, Intrinsics
+from ros_scenesense.perception.merging import merged
+from ros_scenesense.perception.plane import Plane, find_table
+from ros_scenesense.perception.points import points_of
+from ros_scenesense.perception.regions import cut
+from ros_scenesense.perception.surface import Image, Labels, Mask, Surface, measure_surface
+from ros_scenesense.perception.tabletop import Tabletop, measure_tabletop
 
-_SAMPLE = 4000
-_LOWEST_M = 0.01
-_HIGHEST_M = 0.6
-_GAP_M = 0.015
-_FEWEST_READINGS = 60
+Instances = npt.NDArray[np.uint16]
 
 
-def segment(points: Float, rng: np.random.Generator) -> npt.NDArray[np.uint16]:
-    """Instance ids of the objects on the table.
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found in a frame.
+
+    Attributes:
+        instances: (H, W) uint16, objects from 1 on, from left to right; 0 = background.
+        plane: The table top; None if there is none.
+        wrong: Why nothing could be looked for; None if it could.
+    """
+
+    instances: Instances
+    plane: Plane | None
+    wrong: str | None = None
+
+
+def find_objects(
+    color: npt.NDArray[np.uint8],
+    depth: Image,
+    intrinsics: Intrinsics,
+    rng: np.random.Generator,
+    up: Float | None = None,
+) -> Found:
+    """Finds the objects on the table.
 
     Args:
-        points: (H, W, 3) metres in the optical frame; z is not finite where there is no reading.
-        rng: Draws the samples that the plane is found in.
-
-    Returns:
-        (H, W) ids from 1, 0 = background.
-
-    Raises:
-        FrameError: If there is no plane that objects could stand on.
+        color: (H, W, 3) RGB.
+        depth: (H, W) metres along the optical axis; 0 or NaN where nothing was read.
+        intrinsics: Of both images.
+        rng: Draws the samples that the table is found and measured with.
+        up: (3,) direction against gravity in the optical frame; None if unknown.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    everything = np.zeros(points.shape[:2], np.uint16)
-    plane = find_plane(background_points(points, everything, _SAMPLE, rng), rng)
+    scale = _scale(intrinsics)
+    small_color, small_depth, camera = _scaled(color, depth, intrinsics, scale)
+    points = points_of(small_depth, camera)
+    flat = points.reshape(-1, 3)
+    read = np.flatnonzero(np.isfinite(flat[:, 2]))
+    nothing = np.zeros(depth.shape, dtype=np.uint16)
+    if len(read) == 0:
+        return Found(nothing, None, "no pixel of the depth image has a reading")
+    sample = flat[read[rng.integers(len(read), size=_TABLE_SAMPLE)]].astype(np.float64)
+    plane = find_table(sample, rng, up)
     if plane is None:
-        raise FrameError(
-            "no table was found: a quarter of the depth readings must lie on one plane; point the "
-            "camera so that more of the table is seen"
-        )
-    height_m = points @ plane.normal + plane.height_m
-    standing = np.isfinite(height_m) & (height_m > _LOWEST_M) & (height_m < _HIGHEST_M)
-    pixels = np.arange(standing.size).reshape(standing.shape)
-    ends = [
-        _joined(points, standing, pixels, slice(None, -1), slice(1, None), axis) for axis in (0, 1)
-    ]
-    first, second = (np.concatenate(side) for side in zip(*ends, strict=True))
-    graph = coo_array(
-        (np.ones(len(first), np.int8), (first, second)), shape=(standing.size, standing.size)
+        return Found(nothing, None, _NO_TABLE)
+    tabletop = measure_tabletop(points, plane, rng)
+    labels = _labels(small_color, small_depth, camera, tabletop)
+    if labels is None:
+        return Found(nothing, plane)
+    if scale != 1.0:
+        height, width = depth.shape
+        labels = cv2.resize(
+            labels.astype(np.uint16), (width, height), interpolation=cv2.INTER_NEAREST
+        ).astype(np.int32)
+    return Found(_numbered(labels), plane)
+
+
+_NO_TABLE = (
+    "no table plane was found: a tenth of the depth readings must lie on one level plane; show "
+    "more of the table, or publish instance ids (16UC1, 0 = background) on camera/instances"
+)
+_TABLE_SAMPLE = 4000
+# Sizes in pixels are meant for this focal length; images are scaled by 2 or 1/2 to come near it.
+_FOCAL = 600.0
+_MARGIN = 12
+# An object has at least so many pixels, in the scaled image.
+_LEAST_PIXELS = 120
+_LEAST_SHARE_OVER_TABLE = 0.5
+# What looks like the table around it is only believed to be an object from this height on, times
+# the height from which a pixel is not of the table.
+_CLEARLY_HIGHER = 2.0
+_LOOKS_THE_SAME = 8.0
+_AROUND = np.ones((15, 15), dtype=np.uint8)
+_SURELY_LOWER_M = -0.02
+
+
+def _scale(intrinsics: Intrinsics) -> float:
+    if intrinsics.fx < _FOCAL / 1.5:
+        return 2.0
+    return 0.5 if intrinsics.fx > _FOCAL * 1.5 else 1.0
+
+
+def _scaled(
+    color: npt.NDArray[np.uint8], depth: Image, intrinsics: Intrinsics, scale: float
+) -> tuple[npt.NDArray[np.uint8], Image, Intrinsics]:
+    if scale == 1.0:
+        return color, depth, intrinsics
+    width, height = round(intrinsics.width * scale), round(intrinsics.height * scale)
+    how = cv2.INTER_LINEAR if scale > 1.0 else cv2.INTER_AREA
+    camera = Intrinsics(
+        width,
+        height,
+        intrinsics.fx * width / intrinsics.width,
+        intrinsics.fy * height / intrinsics.height,
+        # A pixel's integer coordinates are its centre.
+        (intrinsics.cx + 0.5) * width / intrinsics.width - 0.5,
+        (intrinsics.cy + 0.5) * height / intrinsics.height - 0.5,
     )
-    labels = connected_components(graph, directed=False)[1].reshape(standing.shape)
-    return _numbered(np.where(standing, labels, -1))
+    return (
+        np.asarray(cv2.resize(color, (width, height), interpolation=how), dtype=np.uint8),
+        np.asarray(
+            cv2.resize(depth, (width, height), interpolation=cv2.INTER_NEAREST), dtype=np.float32
+        ),
+        camera,
+    )
 
 
-def _joined(
-    points: Float,
-    standing: npt.NDArray[np.bool_],
-    pixels: npt.NDArray[np.intp],
-    before: slice,
-    after: slice,
-    axis: int,
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Neighbouring pixels along an axis that stand out of the table and lie close in space."""
-    one = (before, slice(None)) if axis == 0 else (slice(None), before)
-    other = (after, slice(None)) if axis == 0 else (slice(None), after)
-    close = np.linalg.norm(points[one] - points[other], axis=-1) < _GAP_M
-    close &= standing[one] & standing[other]
-    return pixels[one][close], pixels[other][close]
+def _labels(
+    color: npt.NDArray[np.uint8], depth: Image, intrinsics: Intrinsics, tabletop: Tabletop
+) -> Labels | None:
+    """The objects (H, W) by any numbers from 1 on; None if nothing rises from the table."""
+    rising = tabletop.rising
+    rows, columns = np.flatnonzero(rising.any(axis=1)), np.flatnonzero(rising.any(axis=0))
+    if len(rows) == 0:
+        return None
+    row, column = max(0, int(rows[0]) - _MARGIN), max(0, int(columns[0]) - _MARGIN)
+    window = np.s_[row : int(rows[-1]) + 1 + _MARGIN, column : int(columns[-1]) + 1 + _MARGIN]
+    part = np.nan_to_num(depth[window], nan=0.0, posinf=0.0, neginf=0.0)
+    read = part > 0.0
+    surface = measure_surface(color[window], np.maximum(part, 0.0), intrinsics, row, column)
+    with np.errstate(invalid="ignore"):
+        lower = tabletop.heights[window] < _SURELY_LOWER_M
+    pieces = cut(surface, rising[window], read, lower)
+    whole = np.zeros(depth.shape, dtype=np.int32)
+    whole[window] = merged(pieces, surface)[pieces.labels]
+    for label in np.unique(whole[window]):
+        if label and not _is_object(whole, int(label), rising, tabletop, surface, window):
+            whole[window][whole[window] == label] = 0
+    return whole
 
 
-def _numbered(labels: npt.NDArray[np.integer]) -> npt.NDArray[np.uint16]:
-    """Ids from 1 for the regions that are large enough, in the order of their numbers."""
-    found, counts = np.unique(labels[labels >= 0], return_counts=True)
-    kept = found[counts >= _FEWEST_READINGS][: np.iinfo(np.uint16).max]
-    ids = np.searchsorted(kept, labels)
-    known = np.isin(labels, kept)
-    return np.where(known, ids + 1, 0).astype(np.uint16)
+def _is_object(
+    labels: Labels,
+    label: int,
+    rising: Mask,
+    tabletop: Tabletop,
+    surface: Surface,
+    window: tuple[slice, slice],
+) -> bool:
+    """Whether it is large enough, over the table, and higher or of another look than that."""
+    mask = labels == label
+    pixels = np.flatnonzero(mask & rising)
+    if len(pixels) < _LEAST_PIXELS:
+        return False
+    if tabletop.share_over(pixels) < _LEAST_SHARE_OVER_TABLE:
+        return False
+    clear = _CLEARLY_HIGHER * tabletop.least.ravel()[pixels]
+    if np.percentile(tabletop.heights.ravel()[pixels] - clear, 90.0) > 0.0:
+        return True
+    mine = mask[window]
+    around = cv2.dilate(mine.view(np.uint8), _AROUND).view(np.bool_) & (labels[window] == 0)
+    if not around.any():
+        return True
+    change = surface.lab[mine].mean(axis=0) - surface.lab[around].mean(axis=0)
+    return bool(np.linalg.norm(change) > _LOOKS_THE_SAME)
+
+
+def _numbered(labels: Labels) -> Instances:
+    """The same objects, numbered from left to right by their middles."""
+    found, compact = np.unique(labels, return_inverse=True)
+    compact = compact.reshape(labels.shape)
+    columns = np.broadcast_to(np.arange(labels.shape[1]), labels.shape).ravel()
+    middles = np.bincount(compact.ravel(), columns) / np.bincount(compact.ravel())
+    middles[found == 0] = -1.0
+    order = np.argsort(middles, kind="stable")
+    number = np.empty(len(found), dtype=np.uint16)
+    number[order] = np.arange(len(found)) + (0 if found[0] == 0 else 1)
+    return number[compact]

@@ -9,22 +9,35 @@ from ros_scenesense.reasoning.program import Axiom
 from ros_scenesense.scene import DecisionStatus, structure_truth
 
 
-def belief(true_by: Sequence[Axiom] | None, false_by: Sequence[Axiom] | None) -> Belief:
+def belief(
+    true_by: Sequence[Axiom] | None, false_by: Sequence[Axiom] | None, name: str = ""
+) -> Belief:
     """The belief about a literal.
 
     Args:
         true_by: The axioms that conclude it, None if it is not concluded. They may be none where
             several answer sets conclude it by different axioms; it then counts as by default.
         false_by: The same of its complement.
+        name: The object that the literal is about, for the explanation in one line.
     """
     if true_by is not None and false_by is not None:
-        return Belief(status=DecisionStatus.INCONSISTENT, axioms=_ids([*true_by, *false_by]))
+        why = "; ".join(filter(None, (_why(by, name) for by in (true_by, false_by))))
+        axioms = _ids([*true_by, *false_by])
+        return Belief(status=DecisionStatus.INCONSISTENT, axioms=axioms, why=why)
     by = true_by if true_by is not None else false_by
     if by is None:
         return Belief(status=DecisionStatus.UNDECIDED)
     strict = any(axiom.kind == "normal" for axiom in by)
     status = DecisionStatus.STRICT if strict else DecisionStatus.BY_DEFAULT
-    return Belief(status=status, value=true_by is not None, axioms=_ids(by))
+    return Belief(status=status, value=true_by is not None, axioms=_ids(by), why=_why(by, name))
+
+
+def _why(by: Sequence[Axiom], name: str) -> str:
+    """What the first axiom rests on, a normal one if there is one."""
+    if not by:
+        return ""
+    first = next((axiom for axiom in by if axiom.kind == "normal"), by[0])
+    return f"{first.id}: {first.condition.replace('{}', name)}" if first.condition else ""
 
 
 def structure_belief(members: Iterable[str], stable: Mapping[str, Belief]) -> Belief:

@@ -6,8 +6,8 @@ externals: the relations of a scene stay facts, and grounding does most of the w
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import clingo
 
@@ -18,13 +18,19 @@ from ros_scenesense.messages.reasoning import (
     StructureBelief,
 )
 from ros_scenesense.reasoning.beliefs import belief, structure_belief
-from ros_scenesense.reasoning.facts import SceneFacts, SceneObject, cyclic_pairs
-from ros_scenesense.reasoning.program import FLUENTS, Axiom, Messages, Program
+from ros_scenesense.reasoning.conflict import find_conflict
+from ros_scenesense.reasoning.facts import PerceivedRelation, SceneFacts, SceneObject, cyclic_pairs
+from ros_scenesense.reasoning.program import (
+    DERIVED_RELATIONS,
+    FLUENTS,
+    Axiom,
+    Messages,
+    Program,
+    add,
+)
+from ros_scenesense.reasoning.retraction import retract
 from ros_scenesense.reasoning.solving import CAUTIOUS, Outcome, solve
 from ros_scenesense.scene import DecisionStatus, Task, find_structures
-
-DERIVED_RELATIONS = ("on",)
-"""Relations between two objects that programs define and show."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +42,17 @@ class Classification:
         structures: Maximal stacks along *on*; none where solving gave no answer set, since *on*
             is derived too.
         derived: Derived relations between two objects, sorted.
-        ignored: Pairs whose relations were left out because they stand on each other in a circle.
+        retracted: Perceived relations that contradict the knowledge or each other and are not
+            believed, in the order of the facts.
+        conflict: Where no retraction restores consistency: which axioms and facts contradict each
+            other, in words.
     """
 
     objects: tuple[ObjectBelief, ...]
     structures: tuple[StructureBelief, ...] = ()
     derived: tuple[DerivedRelation, ...] = ()
-    ignored: frozenset[frozenset[str]] = frozenset()
+    retracted: tuple[PerceivedRelation, ...] = ()
+    conflict: str = ""
 
     @classmethod
     def nothing(cls, objects: Iterable[SceneObject], status: DecisionStatus) -> Classification:
@@ -54,7 +64,7 @@ class Classification:
 
 
 class ClassificationSession:
-    """Classifies scenes by one program.
+    """Classifies scenes by one program, to which axioms can be added.
 
     Args:
         program: The parsed program.
@@ -65,18 +75,20 @@ class ClassificationSession:
     def __init__(self, program: Program, time_limit_s: float = 1.0) -> None:
         self.program = program
         self.time_limit_s = time_limit_s
-        self._axioms = {axiom.id: axiom for axiom in program.axioms}
         self._reader = _Reader()
 
     def classify(self, facts: SceneFacts, withheld: Collection[str] = ()) -> Classification:
         """Classifies a scene.
 
-        Believed is what holds in all answer sets. Where there is none, the knowledge and the
-        scene contradict each other and every object is inconsistent. Objects that stand on each
-        other in a circle have been perceived wrongly: the relations on the circle are left out.
+        Believed is what holds in all answer sets. Where there is none, or where objects stand on
+        each other in a circle, something was perceived wrongly: CR rules withdraw the fewest
+        perceived relations, the least trusted first, and believed is what holds whichever of
+        several such explanations is right. Where that does not help either, every object is
+        inconsistent.
 
-        With the shipped program, withholding axioms takes away exactly what only they conclude:
-        what remains is decided as before, perhaps by default instead of strictly, or undecided.
+        With the shipped program, withholding axioms that decide takes away exactly what only they
+        conclude: what remains is decided as before, perhaps by default instead of strictly, or
+        undecided.
 
         Args:
             facts: The scene.
@@ -86,35 +98,61 @@ class ClassificationSession:
             ReasoningError: If the solver fails.
         """
         outcome, answer = self._answer(facts, withheld)
-        ignored = cyclic_pairs(answer.supports(facts))
-        if ignored:
-            facts = facts.without_pairs(ignored)
-            outcome, answer = self._answer(facts, withheld)
+        if outcome is Outcome.NO_ANSWER_SET or cyclic_pairs(answer.supports(facts)):
+            return self._restored(facts, withheld)
         if outcome is Outcome.TIMED_OUT:
             return Classification.nothing(facts.objects, DecisionStatus.TIMED_OUT)
-        if outcome is Outcome.NO_ANSWER_SET:
-            return Classification.nothing(facts.objects, DecisionStatus.INCONSISTENT)
-        return self._classification(facts, answer, frozenset(ignored))
+        return self._classification(facts, answer)
+
+    def extend(self, axioms: Mapping[str, str]) -> None:
+        """Adds axioms to the program from the next scene on: `Program.extended`.
+
+        Raises:
+            LanguageError: If one of them is refused; then none is added.
+            ReasoningError: If the program was not translated from a domain.
+        """
+        self.program = self.program.extended(axioms)
+
+    def remove(self, ids: Collection[str]) -> None:
+        """Removes axioms from the program from the next scene on.
+
+        Raises:
+            ReasoningError: If the program was not translated from a domain.
+        """
+        self.program = self.program.without(ids)
 
     def _answer(self, facts: SceneFacts, withheld: Collection[str]) -> tuple[Outcome, _Answer]:
-        enabled = [identifier for identifier in self._axioms if identifier not in withheld]
+        selection = self.program.selection(frozenset(withheld))
+        complete = facts.is_complete(selection)
         with Messages(self.program.source) as messages:
             control = clingo.Control(CAUTIOUS, logger=messages.take)
-            self.program.add_to(control)
-            control.add("base", [], facts.render(enabled, self.program.used))
+            add(selection.complete if complete else selection.open, control)
+            control.add("base", [], facts.render(selection))
             control.ground()
             consequences = solve(control, self.time_limit_s)
             return consequences.outcome, self._reader.read(consequences.symbols)
 
-    def _classification(
-        self, facts: SceneFacts, answer: _Answer, ignored: frozenset[frozenset[str]]
-    ) -> Classification:
+    def _restored(self, facts: SceneFacts, withheld: Collection[str]) -> Classification:
+        """The classification after consistency was restored."""
+        selection = self.program.selection(frozenset(withheld))
+        retraction = retract(facts, selection, self.program.source, self.time_limit_s)
+        if retraction.outcome is Outcome.TIMED_OUT:
+            return Classification.nothing(facts.objects, DecisionStatus.TIMED_OUT)
+        if retraction.outcome is Outcome.NO_ANSWER_SET:
+            nothing = Classification.nothing(facts.objects, DecisionStatus.INCONSISTENT)
+            words = find_conflict(facts, selection, self.program.source)
+            return replace(nothing, conflict=words)
+        found = self._classification(facts, self._reader.read(retraction.believed))
+        return replace(found, retracted=retraction.relations)
+
+    def _classification(self, facts: SceneFacts, answer: _Answer) -> Classification:
         names = [each.name for each in facts.objects]
         beliefs = {
             task: {
                 name: belief(
-                    self._by(answer, _Literal(index, task, True)),
-                    self._by(answer, _Literal(index, task, False)),
+                    self._by(answer, (index, task, True)),
+                    self._by(answer, (index, task, False)),
+                    name,
                 )
                 for index, name in enumerate(names)
             }
@@ -137,21 +175,15 @@ class ClassificationSession:
                 for members in find_structures(names, answer.supports(facts))
             ),
             derived=tuple(sorted(derived, key=lambda r: (r.relation, r.object, r.reference))),
-            ignored=ignored,
         )
 
     def _by(self, answer: _Answer, literal: _Literal) -> list[Axiom] | None:
         ids = answer.literals.get(literal)
-        return None if ids is None else [a for a in self._axioms.values() if a.id in ids]
+        return None if ids is None else [a for a in self.program.axioms if a.id in ids]
 
 
-@dataclass(frozen=True)
-class _Literal:
-    """A fluent of an object, true or false."""
-
-    object: int
-    task: Task
-    value: bool
+_Literal = tuple[int, Task, bool]
+"""A fluent of an object, true or false."""
 
 
 @dataclass(frozen=True)
@@ -164,11 +196,24 @@ class _Conclusion:
 
 @dataclass(frozen=True)
 class _Derived:
-    """An atom of a derived relation."""
+    """An atom of a derived relation between two objects of the scene."""
 
     relation: str
     object: int
     reference: int
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """What holds: literals with the axioms that conclude them, and derived relations."""
+
+    literals: dict[_Literal, set[str]] = field(default_factory=dict)
+    relations: list[_Derived] = field(default_factory=list)
+
+    def supports(self, facts: SceneFacts) -> list[tuple[str, str]]:
+        """Names of (upper, lower) for the relation *on*."""
+        names = [each.name for each in facts.objects]
+        return [(names[r.object], names[r.reference]) for r in self.relations if r.relation == "on"]
 
 
 class _Reader:
@@ -197,27 +242,21 @@ class _Reader:
 
 
 def _meaning(symbol: clingo.Symbol) -> _Conclusion | _Derived | None:
+    """What an atom says of objects of the scene; None if it speaks of something else."""
     arguments = symbol.arguments
     if symbol.name in ("pos", "neg"):
         fluent = arguments[0]
-        if fluent.name not in FLUENTS or len(fluent.arguments) != 1:
+        if fluent.name not in FLUENTS or not _about_objects(fluent, 1):
             return None
-        task, subject = FLUENTS[fluent.name], fluent.arguments[0].number
-        literal = _Literal(subject, task, symbol.name == "pos")
+        literal = (fluent.arguments[0].number, FLUENTS[fluent.name], symbol.name == "pos")
         return _Conclusion(literal, arguments[1].name if len(arguments) == 2 else None)
-    if symbol.name in DERIVED_RELATIONS:
+    if symbol.name in DERIVED_RELATIONS and symbol.positive and _about_objects(symbol, 2):
         return _Derived(symbol.name, arguments[0].number, arguments[1].number)
     return None
 
 
-@dataclass(frozen=True)
-class _Answer:
-    """What holds: literals with the axioms that conclude them, and derived relations."""
-
-    literals: dict[_Literal, set[str]] = field(default_factory=dict)
-    relations: list[_Derived] = field(default_factory=list)
-
-    def supports(self, facts: SceneFacts) -> list[tuple[str, str]]:
-        """Names of (upper, lower) for the relation *on*."""
-        names = [each.name for each in facts.objects]
-        return [(names[r.object], names[r.reference]) for r in self.relations if r.relation == "on"]
+def _about_objects(term: clingo.Symbol, count: int) -> bool:
+    arguments = term.arguments
+    return len(arguments) == count and all(
+        each.type == clingo.SymbolType.Number for each in arguments
+    )

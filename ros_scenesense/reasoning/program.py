@@ -1,95 +1,166 @@
-"""A logic program with named axioms, parsed once and added to a new solver for every scene.
+"""The program that classifies scenes: parsed once, added to a new solver for every scene.
 
-The axioms declare themselves in the text, `axiom(id, normal | default, "in words")`; the solver
-reads them. Rules of an axiom carry its id in their heads and are guarded by `enabled(id)`.
+It is translated from the domain's action language (`knowledge.classification`). Every axiom can be
+left out of a scene without parsing anything again, and axioms can be added to a running program.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Literal, cast
 
 import clingo
 from clingo import ast
 
-from ros_scenesense.errors import ReasoningError, SceneSenseError
+from ros_scenesense.errors import LanguageError, ReasoningError, SceneSenseError
+from ros_scenesense.knowledge import axioms as language
+from ros_scenesense.knowledge.action_language import load
+from ros_scenesense.knowledge.action_language import parse as parse_language
+from ros_scenesense.knowledge.classification import (
+    ClassificationRule,
+    Scenes,
+    classification_rules,
+    statements_about_states,
+)
+from ros_scenesense.knowledge.description import SystemDescription
+from ros_scenesense.knowledge.literals import terms_of
+from ros_scenesense.knowledge.signature import AttributeKind
+from ros_scenesense.knowledge.terms import check_name
 from ros_scenesense.reasoning.syntax import Signature, Statement, relevant
 from ros_scenesense.resources import resource
 from ros_scenesense.scene import Task
 
-Kind = Literal["normal", "default"]
-
 FLUENTS = {"stable": Task.STABILITY, "occluded": Task.OCCLUSION}
-"""The fluents that axioms may conclude, and the task that each belongs to."""
+"""The fluents that are decided, and the task that each belongs to."""
 
 
 @dataclass(frozen=True)
 class Axiom:
-    """An axiom of a program: its kind, its meaning in words, and the task it is about."""
+    """An axiom that decides: its kind, its meaning in words, and the task it is about.
+
+    `condition` is its body in the action language, with `{}` for the object that it decides about.
+    """
 
     id: str
-    kind: Kind
+    kind: language.Kind
     text: str
     task: Task
+    condition: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """The statements in force for a scene.
+
+    Attributes:
+        complete: For a scene of which everything is known that they ask for.
+        open: For any other scene.
+        used: Predicates of their bodies: the facts that they ask for.
+        denied: Predicates that they use classically negated.
+        uncertain: Predicates of which they ask what is unknown.
+    """
+
+    complete: tuple[Statement, ...]
+    open: tuple[Statement, ...]
+    used: frozenset[Signature]
+    denied: frozenset[Signature]
+    uncertain: frozenset[str]
 
 
 class Program:
-    """A parsed and checked program.
+    """A parsed program.
 
     Args:
-        text: The program in clingo's language; our own or generated, never names from outside.
+        rules: The rules, our own or translated, never with names from outside.
+        axioms: The axioms among them that decide, in the order of the text.
         source: Where it comes from, for error messages.
 
     Attributes:
+        axioms: As given.
         source: As given.
-        axioms: Its axioms, in the order of the text.
-        used: Predicates in the bodies of rules that bear on the answer.
+        description: The domain that it was translated from; None if it was not.
 
     Raises:
-        ReasoningError: If the program is broken; the text says `source:line:column` and why.
+        ReasoningError: If a rule is broken.
     """
 
-    def __init__(self, text: str, source: str = "program") -> None:
+    def __init__(
+        self, rules: Iterable[ClassificationRule], axioms: Sequence[Axiom], source: str = "program"
+    ) -> None:
         self.source = source
-        statements = [Statement.of(node) for node in _parse(text, source)]
-        self._statements = relevant(statements)
-        self.used: frozenset[Signature] = frozenset().union(
-            *(statement.bodies for statement in self._statements)
-        )
-        self.axioms = self._read_axioms(statements)
+        self.axioms = tuple(axioms)
+        self.description: SystemDescription | None = None
+        self._statements: dict[Scenes, list[Statement]] = {scenes: [] for scenes in Scenes}
+        for rule in (*rules, *map(ClassificationRule, _fixed_part())):
+            for node in parse(rule.text, source):
+                self._statements[rule.scenes].append(Statement.of(node, rule.axiom))
+        # Selecting takes longer than solving a small scene.
+        self.selection = lru_cache(maxsize=64)(self._selection)
 
     @classmethod
-    def load(cls, path: Path) -> Program:
-        """Reads a program from a file.
+    def of(cls, description: SystemDescription) -> Program:
+        """The program of a domain.
 
         Raises:
-            ReasoningError: If the file cannot be read or the program is broken.
+            ReasoningError: If the domain lacks what a scene needs.
         """
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ReasoningError(f"program {path} cannot be read: {error}") from error
-        return cls(text, str(path))
+            rules = classification_rules(description)
+        except LanguageError as error:
+            raise ReasoningError(str(error)) from error
+        program = cls(rules, list(_deciding(description)), description.source)
+        program.description = description
+        return program
 
     @classmethod
     def shipped(cls) -> Program:
-        """The classification program that comes with SceneSense, `asp/classification.lp`.
+        """The domain that comes with SceneSense.
 
         Raises:
             ReasoningError: If it is missing or broken.
         """
         try:
-            path = resource("asp", "classification.lp")
+            domain = load(resource("asp", "robot_assistant.al"))
         except SceneSenseError as error:
             raise ReasoningError(str(error)) from error
-        return cls.load(path)
+        return cls.of(domain.description)
 
-    def add_to(self, control: clingo.Control) -> None:
-        """Adds the statements that bear on the answer to a solver."""
-        _add(self._statements, control)
+    def extended(self, axioms: Mapping[str, str]) -> Program:
+        """The program with more axioms, checked like everything in the action language.
+
+        Args:
+            axioms: Texts of state constraints and defaults by id, each one statement such as
+                `stable(A) if not above(A, B).`
+
+        Raises:
+            LanguageError: If a text is broken or says something else than one such axiom, or an id
+                is taken.
+            ReasoningError: If this program was not translated from a domain.
+        """
+        if self.description is None:
+            raise ReasoningError(
+                f"{self.source} was not translated from a domain: nothing extends it"
+            )
+        description = self.description
+        for identifier, text in axioms.items():
+            description = _with_axiom(description, identifier, text)
+        return Program.of(description)
+
+    def without(self, ids: Collection[str]) -> Program:
+        """The program without the axioms of these ids.
+
+        Raises:
+            ReasoningError: If this program was not translated from a domain.
+        """
+        if self.description is None:
+            raise ReasoningError(
+                f"{self.source} was not translated from a domain: nothing leaves it"
+            )
+        return Program.of(self.description.without(ids))
 
     def revision(self, withheld: Collection[str] = ()) -> str:
         """A short hash that changes if and only if the knowledge in force does.
@@ -97,6 +168,7 @@ class Program:
         Args:
             withheld: Ids of axioms that are switched off.
         """
+        selection = self.selection(frozenset(withheld))
         words = [
             f"{axiom.id} {axiom.kind} {axiom.text}"
             for axiom in self.axioms
@@ -104,69 +176,28 @@ class Program:
         ]
         rules = [
             str(statement.node)
-            for statement in self._statements
+            for statement in (*selection.complete, *selection.open)
             if statement.node.ast_type in (ast.ASTType.Rule, ast.ASTType.Definition)
-            and statement.guards.isdisjoint(withheld)
         ]
         return hashlib.sha256("\n".join(words + rules).encode()).hexdigest()[:12]
 
-    def _read_axioms(self, statements: Sequence[Statement]) -> tuple[Axiom, ...]:
-        declared = self._declarations(statements)
-        tasks: dict[str, set[Task]] = {}
-        for statement in statements:
-            for fluent, axiom in statement.concludes:
-                self._check_rule(statement, fluent, axiom, declared)
-                tasks.setdefault(axiom, set()).add(FLUENTS[fluent])
-        axioms = []
-        for identifier, (kind, text) in declared.items():
-            about = tasks.get(identifier, set())
-            if len(about) != 1:
-                raise ReasoningError(
-                    f"{self.source}: axiom '{identifier}' is declared, but its rules conclude "
-                    f"{len(about)} fluents: an axiom is about one"
-                )
-            axioms.append(Axiom(identifier, kind, text, about.pop()))
-        return tuple(axioms)
-
-    def _check_rule(
-        self, rule: Statement, fluent: str, axiom: str, declared: Collection[str]
-    ) -> None:
-        problem = None
-        if fluent not in FLUENTS:
-            problem = f"'{fluent}' is no fluent of one object, known are {', '.join(FLUENTS)}"
-        elif axiom not in declared:
-            problem = f"axiom '{axiom}' is not declared: add axiom({axiom}, normal, \"in words\")."
-        elif axiom not in rule.guards:
-            problem = f"this rule cannot be switched off: add enabled({axiom}) to its body"
-        if problem is not None:
-            raise ReasoningError(f"{self.source}:{rule.place}: {problem}")
-
-    def _declarations(self, statements: Sequence[Statement]) -> dict[str, tuple[Kind, str]]:
-        """Kind and text of each axiom, from the facts axiom/3 as the solver understands them."""
-        with Messages(self.source) as messages:
-            control = clingo.Control(logger=messages.take)
-            _add(statements, control)
-            control.ground()
-        if messages.words:
-            raise ReasoningError("\n".join(messages.words))
-        found: dict[str, tuple[Kind, str]] = {}
-        for atom in control.symbolic_atoms.by_signature("axiom", 3):
-            identifier, kind, text = atom.symbol.arguments
-            well_formed = (
-                identifier.type == clingo.SymbolType.Function
-                and not identifier.arguments
-                and 0 < len(identifier.name) <= 64
-                and str(kind) in ("normal", "default")
-                and text.type == clingo.SymbolType.String
-                and len(text.string) <= 4096
-            )
-            if not well_formed or identifier.name in found:
-                raise ReasoningError(
-                    f"{self.source}: {atom.symbol} must be the only axiom(id, normal | default, "
-                    '"in words") of its id, with at most 64 letters of id and 4096 of text'
-                )
-            found[identifier.name] = (cast(Kind, str(kind)), text.string)
-        return found
+    def _selection(self, withheld: frozenset[str], everything: bool = False) -> Selection:
+        """The statements in force, those that bear on the answer or, for explanations, all."""
+        keep = tuple if everything else relevant
+        kept = {
+            scenes: [each for each in statements if each.axiom not in withheld]
+            for scenes, statements in self._statements.items()
+        }
+        complete = keep(kept[Scenes.ALL] + kept[Scenes.COMPLETE])
+        open_ = keep(kept[Scenes.ALL] + kept[Scenes.OPEN])
+        both = (*complete, *open_)
+        return Selection(
+            complete,
+            open_,
+            used=frozenset[Signature]().union(*(each.bodies for each in both)),
+            denied=frozenset[Signature]().union(*(each.denied for each in both)),
+            uncertain=frozenset[str]().union(*(each.unknown for each in open_)),
+        )
 
 
 class Messages:
@@ -193,7 +224,12 @@ class Messages:
             raise ReasoningError(words) from error
 
 
-def _parse(text: str, source: str) -> list[ast.AST]:
+def parse(text: str, source: str) -> list[ast.AST]:
+    """Parses a logic program.
+
+    Raises:
+        ReasoningError: If it is broken; the text says `source:line:column` and why.
+    """
     if "\0" in text:
         # clingo takes a zero character for the end of the text and would ignore what follows.
         line = text.count("\n", 0, text.index("\0")) + 1
@@ -201,10 +237,67 @@ def _parse(text: str, source: str) -> list[ast.AST]:
     nodes: list[ast.AST] = []
     with Messages(source) as messages:
         ast.parse_string(text, nodes.append, logger=messages.take)
-    return [node for node in nodes if node.ast_type != ast.ASTType.Comment]
+    unwanted = (ast.ASTType.Comment, ast.ASTType.Program)
+    return [node for node in nodes if node.ast_type not in unwanted]
 
 
-def _add(statements: Sequence[Statement], control: clingo.Control) -> None:
+def add(statements: Iterable[Statement], control: clingo.Control) -> None:
+    """Adds statements to a solver."""
     with ast.ProgramBuilder(control) as builder:
         for statement in statements:
             builder.add(statement.node)
+
+
+def read_program(name: str) -> str:
+    """The text of a logic program in `asp/`.
+
+    Raises:
+        ReasoningError: If it is missing.
+    """
+    try:
+        path: Path = resource("asp", name)
+        return path.read_text(encoding="utf-8")
+    except (SceneSenseError, OSError, UnicodeDecodeError) as error:
+        raise ReasoningError(f"program {name} cannot be read: {error}") from error
+
+
+def _fixed_part() -> list[str]:
+    shown = [f"#show {name}/2." for name in DERIVED_RELATIONS]
+    return [read_program("beliefs.lp"), *shown]
+
+
+DERIVED_RELATIONS = ("on",)
+"""Relations between two objects that domains define; they tell the structures."""
+
+
+def _with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
+    check_name(identifier)
+    source = f"axiom {identifier}"
+    if identifier in description.ids:
+        raise LanguageError(f"{source}: there is one of this id already: choose another")
+    longer = parse_language(f"{identifier}: {text}", source, description).description
+    added = longer.axioms[len(description.axioms) :]
+    if longer != description.with_axioms(added) or [each.id for each in added] != [identifier]:
+        raise LanguageError(f"{source}: found {text[:200]!r}, expected one axiom and nothing else")
+    if not statements_about_states(replace(description, axioms=added)):
+        raise LanguageError(
+            f"{source}: found {added[0]}, expected `l if ...` or `normally l if ...`"
+        )
+    return longer
+
+
+def _deciding(description: SystemDescription) -> Iterable[Axiom]:
+    attributes = description.signature.attributes
+    for axiom in statements_about_states(description):
+        name = axiom.head.atom.name
+        if name in FLUENTS and attributes[name].kind is AttributeKind.ESTIMATED:
+            words = axiom.words or str(axiom)
+            yield Axiom(axiom.id, axiom.kind, words, FLUENTS[name], _condition(axiom))
+
+
+def _condition(axiom: language.Axiom) -> str:
+    subjects = [term for head in axiom.conclusions for term in terms_of(head)]
+    body = ", ".join(map(str, axiom.body))
+    for subject in subjects[:1]:
+        body = re.sub(rf"\b{re.escape(str(subject))}\b", "{}", body)
+    return body

@@ -6,11 +6,19 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import clingo
 
-CAUTIOUS = ("--enum-mode=cautious",)
-"""Arguments of a solver whose models converge to what holds in all answer sets."""
+QUIET = ("--warn=no-atom-undefined",)
+"""Arguments of a solver that says nothing of predicates of which there happen to be no atoms."""
+
+CAUTIOUS = (*QUIET, "--enum-mode=cautious", "--opt-mode=optN")
+"""Arguments of a solver whose models converge to what holds in all (optimal) answer sets."""
+
+# Most scenes need no search at all; for them a thread that could be cancelled costs more than the
+# search. So the first conflicts are for free, and only a search that needs more is watched.
+_UNWATCHED_CONFLICTS = 500
 
 
 class Outcome(Enum):
@@ -36,19 +44,32 @@ def solve(control: clingo.Control, time_limit_s: float) -> Consequences:
         control: The solver, after grounding.
         time_limit_s: The search is cancelled after this time; grounding is not part of it.
     """
-    symbols: Sequence[clingo.Symbol] | None = None
+    configuration: Any = control.configuration.solve
+    configuration.solve_limit = str(_UNWATCHED_CONFLICTS)
+    last = _Last()
+    if control.solve(on_model=last.take).exhausted:
+        return last.consequences()
+    configuration.solve_limit = "umax"
+    last = _Last()
     deadline = time.monotonic() + time_limit_s
-    with control.solve(yield_=True, async_=True) as handle:
-        while True:
-            handle.resume()
-            if not handle.wait(max(0.0, deadline - time.monotonic())):
-                handle.cancel()
-                return Consequences(Outcome.TIMED_OUT)
-            model = handle.model()
-            if model is None:
-                break
-            # Each model holds fewer atoms than the one before; the last is the answer.
-            symbols = model.symbols(shown=True)
-    if symbols is None:
-        return Consequences(Outcome.NO_ANSWER_SET)
-    return Consequences(Outcome.FOUND, symbols)
+    with control.solve(on_model=last.take, async_=True) as handle:
+        if not handle.wait(max(0.0, deadline - time.monotonic())):
+            handle.cancel()
+            return Consequences(Outcome.TIMED_OUT)
+        handle.get()
+    return last.consequences()
+
+
+class _Last:
+    """Keeps the last model: each holds fewer atoms than the one before, the last is the answer."""
+
+    def __init__(self) -> None:
+        self._symbols: Sequence[clingo.Symbol] | None = None
+
+    def take(self, model: clingo.Model) -> None:
+        self._symbols = model.symbols(shown=True)
+
+    def consequences(self) -> Consequences:
+        if self._symbols is None:
+            return Consequences(Outcome.NO_ANSWER_SET)
+        return Consequences(Outcome.FOUND, self._symbols)

@@ -1,12 +1,11 @@
 """What the statements of a logic program speak of, read from clingo's syntax tree.
 
-Heads and bodies as predicates tell which rules bear on the answer and which facts they need; the
-tagged heads `pos(fluent(...), axiom)` and the guards `enabled(axiom)` tell the axioms apart.
+Heads and bodies as predicates tell which rules bear on the answer and which facts they need.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from clingo import ast
@@ -18,6 +17,9 @@ CONCLUSIONS = frozenset({("pos", 1), ("neg", 1), ("pos", 2), ("neg", 2)})
 """The predicates that say what the program concludes of a fluent."""
 
 
+_ABOUT_ATOMS = ("possible", "unknown")
+
+
 @dataclass(frozen=True, eq=False)
 class Statement:
     """A statement of a program.
@@ -26,25 +28,27 @@ class Statement:
         node: Its syntax tree.
         heads: Predicates that it defines; empty for everything that is not a rule with a head.
         bodies: Predicates that it needs.
-        guards: Ids of axioms without which a rule does not apply.
-        concludes: Pairs (fluent, axiom) of tagged conclusions in the head; the fluent without its
-            argument, or the whole term where it is not one fluent of one object.
+        denied: Predicates of classically negated literals in its body.
+        unknown: Predicates about whose being unknown it asks, `unknown(above(A, B))`.
+        axiom: Id of the axiom that it says; None for what is always there.
     """
 
     node: ast.AST
-    heads: frozenset[Signature]
-    bodies: frozenset[Signature]
-    guards: frozenset[str]
-    concludes: frozenset[tuple[str, str]]
+    heads: frozenset[Signature] = frozenset()
+    bodies: frozenset[Signature] = frozenset()
+    denied: frozenset[Signature] = frozenset()
+    unknown: frozenset[str] = frozenset()
+    axiom: str | None = None
 
     @classmethod
-    def of(cls, node: ast.AST) -> Statement:
+    def of(cls, node: ast.AST, axiom: str | None = None) -> Statement:
         """Reads a syntax tree."""
+        if node.ast_type == ast.ASTType.Defined:
+            return cls(node, heads=frozenset({(str(node.name), int(node.arity))}), axiom=axiom)
         if node.ast_type == ast.ASTType.ShowSignature:
-            shown = frozenset({(str(node.name), int(node.arity))})
-            return cls(node, frozenset(), shown, frozenset(), frozenset())
+            return cls(node, bodies=frozenset({(str(node.name), int(node.arity))}), axiom=axiom)
         if node.ast_type != ast.ASTType.Rule:
-            return cls(node, frozenset(), _signatures(_atoms([node])), frozenset(), frozenset())
+            return cls(node, bodies=_signatures(_atoms([node])), axiom=axiom)
         head, body = _atoms([node.head]), _atoms(node.body)
         # A choice or an aggregate in the head also holds conditions.
         plain = node.head.ast_type == ast.ASTType.Literal
@@ -52,21 +56,12 @@ class Statement:
             node,
             heads=_signatures(head),
             bodies=_signatures(body if plain else head + body),
-            guards=frozenset(
-                str(atom.arguments[0]) for atom in body if _signature(atom) == ("enabled", 1)
+            denied=_signatures(atom for atom in body if atom.denied),
+            unknown=frozenset(
+                str(atom.arguments[0].name) for atom in body if atom.name == "unknown"
             ),
-            concludes=frozenset(
-                (_fluent(atom.arguments[0]), str(atom.arguments[1]))
-                for atom in head
-                if _signature(atom) in CONCLUSIONS and len(atom.arguments) == 2
-            ),
+            axiom=axiom,
         )
-
-    @property
-    def place(self) -> str:
-        """Line and column where it begins, as `line:column`."""
-        begin = self.node.location.begin
-        return f"{begin.line}:{begin.column}"
 
 
 def relevant(statements: Iterable[Statement]) -> tuple[Statement, ...]:
@@ -91,41 +86,48 @@ def relevant(statements: Iterable[Statement]) -> tuple[Statement, ...]:
             needed |= statements[index].bodies
 
 
+@dataclass(frozen=True, eq=False)
+class _Predicate:
+    """A predicate with its arguments, perhaps classically negated."""
+
+    name: str
+    arguments: Sequence[ast.AST]
+    denied: bool
+
+    @property
+    def signature(self) -> Signature:
+        """Name and arity; `possible(above(A, B))` counts as a predicate of its own."""
+        if self.name in _ABOUT_ATOMS and self.arguments[0].ast_type == ast.ASTType.Function:
+            return f"{self.name}({self.arguments[0].name})", 1
+        return self.name, len(self.arguments)
+
+
 class _AtomCollector(ast.Transformer):
     """Walks a tree and keeps the predicates with their arguments; changes nothing."""
 
     def __init__(self) -> None:
-        self.found: list[ast.AST] = []
+        self.found: list[_Predicate] = []
 
     def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's naming)
-        self._keep(atom.symbol)
+        self._keep(atom.symbol, denied=False)
         return atom
 
-    def _keep(self, symbol: ast.AST) -> None:
+    def _keep(self, symbol: ast.AST, denied: bool) -> None:
         if symbol.ast_type == ast.ASTType.UnaryOperation:  # classical negation
-            self._keep(symbol.argument)
+            self._keep(symbol.argument, denied=True)
         elif symbol.ast_type == ast.ASTType.Pool:
             for member in symbol.arguments:
-                self._keep(member)
+                self._keep(member, denied)
         elif symbol.ast_type == ast.ASTType.Function:
-            self.found.append(symbol)
+            self.found.append(_Predicate(str(symbol.name), symbol.arguments, denied))
 
 
-def _atoms(nodes: Iterable[ast.AST]) -> list[ast.AST]:
+def _atoms(nodes: Iterable[ast.AST]) -> list[_Predicate]:
     collector = _AtomCollector()
     for node in nodes:
         collector.visit(node)
     return collector.found
 
 
-def _signature(atom: ast.AST) -> Signature:
-    return str(atom.name), len(atom.arguments)
-
-
-def _signatures(atoms: Iterable[ast.AST]) -> frozenset[Signature]:
-    return frozenset(_signature(atom) for atom in atoms)
-
-
-def _fluent(term: ast.AST) -> str:
-    of_one = term.ast_type == ast.ASTType.Function and len(term.arguments) == 1
-    return str(term.name) if of_one else str(term)
+def _signatures(atoms: Iterable[_Predicate]) -> frozenset[Signature]:
+    return frozenset(atom.signature for atom in atoms)

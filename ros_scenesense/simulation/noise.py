@@ -85,7 +85,7 @@ PRESETS = MappingProxyType(
             dropout=0.0004,
             grazing_from_rad=np.deg2rad(70.0),
             grazing_to_rad=np.deg2rad(88.0),
-            nearest_m=0.4,
+            nearest_m=0.3,
             farthest_m=5.0,
         ),
     }

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any
 
 from ros_scenesense.errors import FrameError
+from ros_scenesense.grounding.msr import MetricSettings
+from ros_scenesense.messages.grounding import MsrUpdate
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.grounding_engine import (
@@ -18,12 +21,23 @@ from ros_scenesense.stages.grounding_engine import (
     instances_of,
     unlocated,
 )
+from ros_scenesense.stages.grounding_store import GroundingStore
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.own_scenes import OwnScenes, SceneNumbers
-from ros_scenesense.stages.protocol import Incoming, Job, JobFailure, Outgoing, Segmentation
+from ros_scenesense.stages.pair_grounding import Learned
+from ros_scenesense.stages.protocol import (
+    Figure,
+    Incoming,
+    Job,
+    JobFailure,
+    Outgoing,
+    Segmentation,
+    Timing,
+)
 from ros_scenesense.stages.scene_objects import fault_of, objects_of
 from ros_scenesense.stages.sessions import session_of
+from ros_scenesense.stages.state_file import state_path
 
 __all__ = ["GroundingConfiguration", "GroundingStage"]
 
@@ -44,13 +58,19 @@ class GroundingStage:
         cloud_wanted: Whether somebody takes the cloud. Nodes set it.
 
     Raises:
-        StateError: If the file with the numbers of its own scenes cannot be used.
+        StateError: If a state file cannot be used.
     """
 
     def __init__(self, configuration: GroundingConfiguration) -> None:
         self.configuration = configuration
         self.health = Health()
         self.cloud_wanted = False
+        self._store = GroundingStore(
+            state_path(configuration.state_dir, "grounding.db"),
+            self.health,
+            configuration.remembered_scenes,
+            MetricSettings(human_weight=configuration.feedback_weight),
+        )
         self._own = _own_scenes(configuration, self.health)
         self._own_under_way: str | None = None
         self._join = SceneJoin(("frame", "scene"), configuration.join_timeout_s)
@@ -69,7 +89,9 @@ class GroundingStage:
         return []
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `scene` and frames; what belongs together has the same stamp."""
+        """Takes `msr_update`, and `scene` and frames, which belong together by their stamp."""
+        if isinstance(item, MsrUpdate):
+            return self._learn(item)
         if self._own is not None:
             return self._handle_freely(self._own, item, now_ns)
         if isinstance(item, Frame):
@@ -114,20 +136,34 @@ class GroundingStage:
             if failed:
                 self.health.problem("cloud_failed", f"no cloud of {job.key}: {result.reason}")
             return [] if failed else [result]
-        frame, scene = job.arguments
+        frame, scene, learned = job.arguments
         if failed:
             words = f"scene {job.key} was not grounded, nothing is located: {result.reason}"
             self.health.problem("grounding_failed", words)
-            result = unlocated(frame, scene, self.configuration)
+            result = unlocated(frame, scene, self.configuration, learned)
         published = self._publish(frame, result)
         if job.key == self._own_under_way:
             self._own_under_way = None
         return published + self._announce(now_ns)
 
     def close(self) -> None:
-        """Closes the file with the numbers of its own scenes."""
+        """Closes the state files."""
+        self._store.close()
         if self._own is not None:
             self._own.close()
+
+    def _learn(self, update: MsrUpdate) -> list[Outgoing]:
+        """Merges evidence; what was before or comes too early changes nothing."""
+        start = time.perf_counter()
+        if not self._store.apply(update):
+            self.health.count("updates_not_next")
+            return []
+        self.health.count("updates_applied")
+        elapsed_ms = (time.perf_counter() - start) * 1e3
+        return [
+            Timing("grounding/learn", elapsed_ms),
+            Figure("grounding/viewpoint_yaw", self._store.memory.yaw_rad),
+        ]
 
     def _handle_freely(self, own: OwnScenes, item: Incoming, now_ns: int) -> list[Outgoing]:
         """Takes the frames of a camera that announces no scenes."""
@@ -159,6 +195,8 @@ class GroundingStage:
     def _publish(self, frame: Frame, result: GroundingResult) -> list[Outgoing]:
         for kind, words in result.problems:
             self.health.problem(kind, words)
+        if result.record is not None:
+            self._store.record_scene(result.record)
         self.health.count("scenes_grounded")
         unlocated_count = sum(one.box is None for one in result.objects.objects)
         self.health.count("objects_not_located", unlocated_count)
@@ -201,7 +239,8 @@ class GroundingStage:
             self.health.problem("scene_refused", f"scene {scene.scene_id}: {fault}")
             return
         deadline_s = self.configuration.job_deadline_s
-        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene), deadline_s))
+        learned = Learned(self._store.memory, self._store.applied)
+        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene, learned), deadline_s))
         if self.cloud_wanted:
             self._jobs.append(Job(scene.scene_id, "cloud", (frame,), deadline_s))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 import time
 from collections import OrderedDict
 from collections.abc import Callable
@@ -10,15 +11,28 @@ from typing import Any
 
 import msgspec
 
+from ros_scenesense.errors import MessageError
 from ros_scenesense.grounding.control import ARBITER, SWITCH, Control
-from ros_scenesense.grounding.trust import TrustSettings
+from ros_scenesense.grounding.trust import Kind, TrustSettings
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.grounding import Groundings, PairGrounding, Relations, Trust
+from ros_scenesense.messages.grounding import (
+    Feedback,
+    Groundings,
+    PairGrounding,
+    Relation,
+    Relations,
+    Trust,
+)
 from ros_scenesense.parameters import parameter
+from ros_scenesense.stages.control_ledger import ControlLedger
+from ros_scenesense.stages.evidence import Outbox, evidence_of
+from ros_scenesense.stages.feedback_desk import FeedbackDesk
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
+from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Timing
+from ros_scenesense.stages.state_file import state_path
 
 _REMEMBERED = 2000
+_RECENT = 20
 
 
 @dataclass(frozen=True)
@@ -37,6 +51,20 @@ class GroundingControlConfiguration:
     trust_msr: float = parameter(
         0.1, "trust in the metric grounding before any feedback", minimum=0.0, maximum=1.0
     )
+    evidence_confidence: float = parameter(
+        0.6,
+        "relations of a scene that are at least so sure are evidence for the metric grounding",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    remembered_scenes: int = parameter(200, "scenes that feedback may still be about", minimum=1)
+    resend_s: float = parameter(
+        2.0,
+        "seconds after which evidence that is not known to be applied is sent again, then twice as "
+        "many, up to a minute",
+        minimum=0.1,
+    )
+    state_dir: str = parameter("", "folder of control.db; empty = nothing is remembered")
 
 
 class GroundingControlStage:
@@ -44,7 +72,9 @@ class GroundingControlStage:
 
     Attributes:
         control: Chooses between the groundings.
-        trust: The trust in the models, as published at the start.
+
+    Raises:
+        StateError: If control.db cannot be used.
     """
 
     def __init__(self, configuration: GroundingControlConfiguration) -> None:
@@ -54,13 +84,13 @@ class GroundingControlStage:
             configuration.mode,
             TrustSettings(qsr=configuration.trust_qsr, msr=configuration.trust_msr),
         )
-        self.trust = Trust(
-            stamp=Stamp.of(0),
-            revision=0,
-            qsr=configuration.trust_qsr,
-            msr=configuration.trust_msr,
-            feedback_count=0,
+        self._ledger = ControlLedger(
+            state_path(configuration.state_dir, "control.db"),
+            self.health,
+            configuration.remembered_scenes,
         )
+        self._desk = FeedbackDesk(self._ledger, self.control, self.health)
+        self._outbox = Outbox(self._ledger, configuration.resend_s)
         self._settled: OrderedDict[str, None] = OrderedDict()
 
     def engine(self) -> Callable[[], Any] | None:
@@ -68,27 +98,30 @@ class GroundingControlStage:
         return None
 
     def start(self, now_ns: int) -> list[Outgoing]:
-        """Publishes the trust."""
-        self.trust = msgspec.structs.replace(self.trust, stamp=Stamp.of(now_ns))
-        return [self.trust]
+        """Publishes the trust, and the evidence that may not have arrived before."""
+        trust = msgspec.structs.replace(self._desk.trust, stamp=Stamp.of(now_ns))
+        return [trust, *self._figures(trust), *self._outbox.news(now_ns)]
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `groundings`; the first of a scene counts."""
-        del now_ns
+        """Takes `groundings`, of which the first of a scene counts, and `feedback`."""
+        if isinstance(item, Feedback):
+            return self._take(item, now_ns)
         if not isinstance(item, Groundings):
             return []
+        self._outbox.applied(item.applied_update)
         if item.scene_id in self._settled:
             self.health.count("repeated")
             return []
         self._settled[item.scene_id] = None
         while len(self._settled) > _REMEMBERED:
             self._settled.popitem(last=False)
-        return self._relations(item)
+        if self._ledger.knows(item.scene_id):
+            return self._again(item.scene_id)
+        return [*self._relations(item), *self._outbox.news(now_ns)]
 
     def tick(self, now_ns: int) -> list[Outgoing]:
-        """Nothing waits."""
-        del now_ns
-        return []
+        """Sends again what is not known to be applied."""
+        return [*self._outbox.due(now_ns)]
 
     def jobs(self) -> list[Job]:
         """There are none."""
@@ -100,25 +133,62 @@ class GroundingControlStage:
         return []
 
     def close(self) -> None:
-        """Holds no files."""
+        """Closes control.db."""
+        self._ledger.close()
+
+    def _take(self, feedback: Feedback, now_ns: int) -> list[Outgoing]:
+        result = self._desk.take(feedback, now_ns)
+        if result.outcome != "accepted":
+            return [result]
+        trust = self._desk.trust
+        return [result, trust, *self._figures(trust), *self._outbox.news(now_ns)]
+
+    def _again(self, scene_id: str) -> list[Outgoing]:
+        """What was published of a scene before a restart."""
+        self.health.count("repeated")
+        relations = self._ledger.relations(scene_id)
+        return [] if relations is None else [relations]
 
     def _relations(self, groundings: Groundings) -> list[Outgoing]:
         start = time.perf_counter()
-        settled = self.control.settle(self._proper_pairs(groundings))
+        pairs = self._proper_pairs(groundings)
+        settled = self.control.settle(pairs)
         self.health.count("scenes_settled")
         self.health.count("disagreements", settled.disagreements)
         relations = Relations(
             stamp=groundings.stamp,
             scene_id=groundings.scene_id,
             naming_frame=groundings.naming_frame,
-            relations=settled.relations,
+            relations=_as_viewed(settled.relations, pairs),
             disagreements=settled.disagreements,
-            trust_qsr=self.trust.qsr,
-            trust_msr=self.trust.msr,
-            trust_revision=self.trust.revision,
+            trust_qsr=self._desk.trust.qsr,
+            trust_msr=self._desk.trust.msr,
+            trust_revision=self._desk.trust.revision,
         )
+        evidence = evidence_of(relations, self.configuration.evidence_confidence)
+        try:
+            self._ledger.record_scene(groundings, relations, evidence)
+        except (sqlite3.Error, MessageError) as error:
+            words = f"scene {groundings.scene_id} could not be written to control.db: {error}"
+            self.health.problem("not_remembered", words)
         elapsed_ms = (time.perf_counter() - start) * 1e3
-        return [relations, Timing("grounding_control/control", elapsed_ms)]
+        published: list[Outgoing] = [relations, Timing("grounding_control/control", elapsed_ms)]
+        both = [(pair.qsr, pair.msr) for pair in pairs if pair.qsr and pair.msr]
+        if both:
+            alike = sum(qsr.position is msr.position for qsr, msr in both)
+            published.append(Figure("grounding_control/models_agree", alike / len(both)))
+        return published
+
+    def _figures(self, trust: Trust) -> list[Figure]:
+        """What people may plot of the trust."""
+        values = {"trust_qsr": trust.qsr, "trust_msr": trust.msr}
+        for one in trust.kinds:
+            values |= {f"trust_qsr_{one.kind}": one.qsr, f"trust_msr_{one.kind}": one.msr}
+        agreement, count = self._ledger.recent_agreement(_RECENT)
+        if count:
+            values["recent_agreement"] = agreement
+        values["viewpoint_changes"] = float(self.control.state.viewpoint)
+        return [Figure(f"grounding_control/{name}", value) for name, value in values.items()]
 
     def _proper_pairs(self, groundings: Groundings) -> list[PairGrounding]:
         """The pairs, less repeated ones and those of an object with itself."""
@@ -137,3 +207,16 @@ class GroundingControlStage:
                 f"same objects twice ({len(bad)} pairs, first {bad[0]}): these are ignored",
             )
         return list(pairs.values())
+
+
+def _as_viewed(relations: list[Relation], pairs: list[PairGrounding]) -> list[Relation]:
+    """The relations with what a viewer would call their directions, where that is known."""
+    said = {(one.object, one.reference): one.viewer_position for one in pairs}
+    seen = []
+    for one in relations:
+        viewed = said.get((one.object, one.reference))
+        both = {Kind.of(position) for position in (one.position, viewed) if position is not None}
+        if viewed is not None and both == {Kind.HORIZONTAL}:
+            one = msgspec.structs.replace(one, viewer_position=viewed)
+        seen.append(one)
+    return seen

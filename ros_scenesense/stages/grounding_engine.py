@@ -4,39 +4,42 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.errors import FrameError
-from ros_scenesense.grounding.contact import seen_gaps
-from ros_scenesense.grounding.distances import closest_distances
-from ros_scenesense.grounding.extent import Extent
-from ros_scenesense.grounding.frames import CAMERA, GRAVITY, NamingAxes, choose_axes
-from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs
-from ros_scenesense.messages.grounding import (
-    Groundings,
-    Objects,
-    PairGrounding,
-    PerceivedObject,
+from ros_scenesense.geometry import Pose, rotation_matrix
+from ros_scenesense.grounding.frames import (
+    CAMERA,
+    GRAVITY,
+    NamingAxes,
+    choose_axes,
+    yaw_to_robot,
 )
+from ros_scenesense.grounding.memory import GroundingMemory
+from ros_scenesense.grounding.msr import MetricSettings
+from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS
+from ros_scenesense.messages.grounding import Groundings, Objects, PerceivedObject
 from ros_scenesense.messages.scenes import KnownObject, Scene
 from ros_scenesense.parameters import parameter
-from ros_scenesense.perception.boxes import oriented_box, robust_bounds
+from ros_scenesense.perception.boxes import oriented_box
 from ros_scenesense.perception.clouds import (
     ObjectCloud,
     background_points,
     frame_cloud,
     object_clouds,
 )
-from ros_scenesense.perception.depth_units import unit_fault
+from ros_scenesense.perception.depth_units import sparseness, unit_fault
 from ros_scenesense.perception.plane import find_plane
-from ros_scenesense.perception.segmentation import segment
+from ros_scenesense.perception.segmentation import find_objects
 from ros_scenesense.scene import Frame, NamingFrame
+from ros_scenesense.stages.pair_grounding import GroundedPairs, Learned, ground_scene
 from ros_scenesense.stages.protocol import Cloud, Timing
 from ros_scenesense.stages.scene_objects import objects_of, perceived
+from ros_scenesense.stages.scene_records import SceneRecord
 
 _TABLE_SAMPLE = 2000
 TOPIC, SELF = "topic", "self"
@@ -51,6 +54,12 @@ class GroundingConfiguration:
         GRAVITY,
         "axes that relations are named along: gravity-up of the viewer, or the tilted camera's own",
         choices=(CAMERA, GRAVITY),
+    )
+    naming_frame: str = parameter(
+        NamingFrame.VIEWER.value,
+        "whose left and right: the viewer's, in front = nearer the camera, or those of the robot, "
+        "which stay when the camera moves; these need the camera pose, else people's words",
+        choices=(NamingFrame.VIEWER.value, NamingFrame.ROBOT.value),
     )
     rule: str = parameter(
         IMPROVED,
@@ -73,6 +82,15 @@ class GroundingConfiguration:
         10.0, "seconds that a scene waits for its images, or images for their scene", minimum=0.1
     )
     job_deadline_s: float = parameter(10.0, "seconds that grounding a scene may take", minimum=0.1)
+    feedback_weight: float = parameter(
+        MetricSettings().human_weight,
+        "what people say counts as much as so many relations named by the qualitative grounding",
+        minimum=1.0,
+        maximum=1000.0,
+    )
+    remembered_scenes: int = parameter(
+        200, "scenes that feedback may still be about; as many as control has", minimum=1
+    )
     scene_source: str = parameter(
         TOPIC,
         "who announces scenes: a camera on the topic scene, or grounding itself for a camera that "
@@ -116,6 +134,7 @@ class GroundingResult(NamedTuple):
         instances: (H, W) uint16 instance ids that were used, 0 = background.
         timings: How long the steps took.
         problems: What was wrong, as (kind, words) for the stage's health.
+        record: What is kept of the scene, to learn from; None if nothing is located.
     """
 
     groundings: Groundings
@@ -123,6 +142,7 @@ class GroundingResult(NamedTuple):
     instances: npt.NDArray[np.uint16]
     timings: list[Timing]
     problems: list[tuple[str, str]]
+    record: SceneRecord | None = None
 
 
 class GroundingEngine:
@@ -133,27 +153,30 @@ class GroundingEngine:
 
         self.configuration = configuration
 
-    def ground(self, frame: Frame, scene: Scene) -> GroundingResult:
+    def ground(self, frame: Frame, scene: Scene, learned: Learned | None = None) -> GroundingResult:
         """Locates the objects of a scene and grounds the relations between them.
 
         Args:
             frame: The images, with instance ids unless the configuration says to segment them.
             scene: Which objects they show. Instance ids that it does not name are objects too.
+            learned: What is known of the prepositions; None = nothing yet.
 
         Raises:
             FrameError: If the frame lacks instance ids, shows no table to segment it by, or more
                 objects than are allowed.
         """
+        learned = learned or Learned(GroundingMemory())
         fault = _depth_fault(frame)
         if fault is not None:
             kind, words = fault
             problem = (kind, f"scene {scene.scene_id}: {words}, nothing is located")
-            return unlocated(frame, scene, self.configuration)._replace(problems=[problem])
+            nothing = unlocated(frame, scene, self.configuration, learned)
+            return nothing._replace(problems=[problem])
         watch = _Stopwatch()
         rng = np.random.default_rng(self.configuration.seed)
         points = frame.intrinsics.back_project(frame.depth)
         if self.configuration.segments:
-            instances = segment(points, rng)
+            instances = _segmented(frame, scene, rng)
             watch.lap("segmentation")
         else:
             instances = instances_of(frame)
@@ -169,35 +192,53 @@ class GroundingEngine:
         plane = None
         if self.configuration.frame == GRAVITY:
             plane = find_plane(background_points(points, instances, _TABLE_SAMPLE, rng), rng)
+        pose = scene.camera_pose or frame.camera_pose
         axes, wrong = choose_axes(
-            self.configuration.frame,
-            None if plane is None else plane.normal,
-            scene.camera_pose or frame.camera_pose,
+            self.configuration.frame, None if plane is None else plane.normal, pose
         )
+        axes, yaw_rad, unknown = self._turned(axes, pose)
         watch.lap("naming_frame")
-        extents = self._extents(clouds, axes)
-        pairs = _pairs(known, extents, self.configuration.rule)
-        groundings = _groundings(scene, axes.name, pairs)
-        objects = _objects(frame, scene, _located(known, clouds, extents, axes))
+        located = {
+            one.name: cloud.points
+            for one, cloud in zip(known, clouds, strict=True)
+            if cloud.readings >= self.configuration.min_points
+        }
+        grounded = ground_scene(located, axes, self.configuration.rule, learned.memory)
+        groundings = Groundings(
+            stamp=scene.stamp,
+            scene_id=scene.scene_id,
+            naming_frame=axes.turned(learned.memory.yaw_rad).name,
+            pairs=grounded.pairs,
+            viewpoint_yaw=yaw_rad + learned.memory.yaw_rad,
+            applied_update=learned.applied,
+        )
+        objects = _objects(frame, scene, _located(known, clouds, grounded, axes))
+        record = SceneRecord.of(scene.scene_id, grounded.names, grounded.histograms)
         watch.lap("relations")
-        problems = []
-        if wrong is not None and pairs:
-            problems.append(("naming_frame", f"scene {scene.scene_id}: {wrong}"))
-        return GroundingResult(groundings, objects, instances, watch.read(), problems)
+        doubts = [one for one in (wrong, unknown) if one is not None and grounded.pairs]
+        problems = [("naming_frame", f"scene {scene.scene_id}: {one}") for one in doubts]
+        sparse = sparseness(frame.depth) if self.configuration.segments else None
+        if sparse is not None:
+            problems.append(("sparse_depth", f"scene {scene.scene_id}: {sparse}"))
+        return GroundingResult(groundings, objects, instances, watch.read(), problems, record)
 
     def cloud(self, frame: Frame) -> Cloud:
         """The coloured points of a frame, for people to see."""
         points, colors = frame_cloud(frame, self.configuration.cloud_voxel_m)
         return Cloud(frame.stamp_ns, frame.frame_id, points, colors)
 
-    def _extents(self, clouds: Sequence[ObjectCloud], axes: NamingAxes) -> dict[int, Extent]:
-        """Points and bounds, in the naming axes, of the objects that are located, by index."""
-        extents = {}
-        for index, cloud in enumerate(clouds):
-            if cloud.readings >= self.configuration.min_points:
-                points = cloud.points @ axes.rows.T
-                extents[index] = Extent(points, *robust_bounds(points))
-        return extents
+    def _turned(self, axes: NamingAxes, pose: Pose | None) -> tuple[NamingAxes, float, str | None]:
+        """The axes of the naming frame, by how much they are turned, and what was wrong."""
+        if self.configuration.naming_frame != NamingFrame.ROBOT or axes.name is NamingFrame.CAMERA:
+            return axes, 0.0, None
+        if pose is None:
+            words = (
+                "the camera pose is unknown: left and right are the viewer's, or as people's "
+                "words tell; publish camera_pose in scene"
+            )
+            return axes, 0.0, words
+        yaw_rad = yaw_to_robot(axes, pose)
+        return replace(axes.turned(yaw_rad), name=NamingFrame.ROBOT), yaw_rad, None
 
 
 def instances_of(frame: Frame) -> npt.NDArray[np.uint16]:
@@ -214,20 +255,38 @@ def instances_of(frame: Frame) -> npt.NDArray[np.uint16]:
     return frame.instances
 
 
-def unlocated(frame: Frame, scene: Scene, configuration: GroundingConfiguration) -> GroundingResult:
+def _segmented(frame: Frame, scene: Scene, rng: np.random.Generator) -> npt.NDArray[np.uint16]:
+    """Instance ids of the objects that are found on the table.
+
+    Raises:
+        FrameError: If there is no table to find them on.
+    """
+    pose = scene.camera_pose or frame.camera_pose
+    up = None if pose is None else rotation_matrix(pose.orientation)[2]
+    found = find_objects(frame.color, frame.depth, frame.intrinsics, rng, up)
+    if found.wrong is not None:
+        raise FrameError(found.wrong)
+    return found.instances
+
+
+def unlocated(
+    frame: Frame, scene: Scene, configuration: GroundingConfiguration, learned: Learned
+) -> GroundingResult:
     """The result when nothing could be located: no relations, but every object is listed."""
     name = NamingFrame.CAMERA if configuration.frame == CAMERA else NamingFrame.VIEWER
     instances = np.zeros(frame.depth.shape, np.uint16)
     if not configuration.segments:
         instances = instances_of(frame)
     listed = [perceived(one) for one in objects_of(instances, scene)]
-    return GroundingResult(
-        _groundings(scene, name, []),
-        _objects(frame, scene, listed),
-        instances,
-        timings=[],
-        problems=[],
+    groundings = Groundings(
+        stamp=scene.stamp,
+        scene_id=scene.scene_id,
+        naming_frame=name,
+        pairs=[],
+        applied_update=learned.applied,
     )
+    objects = _objects(frame, scene, listed)
+    return GroundingResult(groundings, objects, instances, timings=[], problems=[])
 
 
 def _depth_fault(frame: Frame) -> tuple[str, str] | None:
@@ -243,35 +302,19 @@ def _depth_fault(frame: Frame) -> tuple[str, str] | None:
     return None
 
 
-def _pairs(
-    known: Sequence[KnownObject], extents: dict[int, Extent], rule: str
-) -> list[PairGrounding]:
-    located, ordered = list(extents), list(extents.values())
-    closest = closest_distances([extent.points for extent in ordered])
-    # The camera is the origin of its own axes however they are turned.
-    gaps = seen_gaps(ordered, np.zeros(3))
-    return [
-        PairGrounding(object=known[located[i]].name, reference=known[located[j]].name, qsr=said)
-        for (i, j), said in ground_pairs(ordered, closest, gaps, rule).items()
-    ]
-
-
 def _located(
     known: Sequence[KnownObject],
     clouds: Sequence[ObjectCloud],
-    extents: dict[int, Extent],
+    grounded: GroundedPairs,
     axes: NamingAxes,
 ) -> list[PerceivedObject]:
+    extents = dict(zip(grounded.names, grounded.extents, strict=True))
     listed = []
-    for index, (one, cloud) in enumerate(zip(known, clouds, strict=True)):
-        extent = extents.get(index)
+    for one, cloud in zip(known, clouds, strict=True):
+        extent = extents.get(one.name)
         box = None if extent is None else oriented_box(extent.low, extent.high, axes.rows)
         listed.append(perceived(one, cloud.readings, box))
     return listed
-
-
-def _groundings(scene: Scene, name: NamingFrame, pairs: list[PairGrounding]) -> Groundings:
-    return Groundings(stamp=scene.stamp, scene_id=scene.scene_id, naming_frame=name, pairs=pairs)
 
 
 def _objects(frame: Frame, scene: Scene, listed: list[PerceivedObject]) -> Objects:

@@ -20,12 +20,13 @@ from ros_scenesense.messages.attention import (
     StructureEstimate,
 )
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relations
+from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.reasoning import (
     Belief,
     Beliefs,
     Knowledge,
     KnownAxiom,
+    RetractedRelation,
     Verdicts,
 )
 from ros_scenesense.messages.scenes import KnownObject, Labels, Scene
@@ -39,7 +40,7 @@ from ros_scenesense.reasoning.facts import (
 )
 from ros_scenesense.reasoning.program import Program
 from ros_scenesense.reasoning.verdicts import judge
-from ros_scenesense.scene import DecisionStatus, NamingFrame, Task
+from ros_scenesense.scene import DecisionStatus, NamingFrame, Position, Task
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
@@ -53,6 +54,8 @@ _PART_OF: dict[type[Incoming], str] = {Scene: "scene", Relations: "relations", O
 
 # Whoever starts late gets up to 200 latched messages of one topic before the first of the next.
 _WAITING_SCENES = 256
+
+_DIRECTIONS = (Position.FRONT, Position.BEHIND, Position.RIGHT, Position.LEFT)
 
 
 @dataclass(frozen=True)
@@ -154,13 +157,10 @@ class ReasonerStage:
         start = time.perf_counter()
         facts, problems = SceneFacts.checked(
             self._objects(scene, objects),
-            (
-                PairRelation(each.object, each.reference, each.position, each.distance)
-                for each in relations.relations
-            ),
+            map(_related, relations.relations),
         )
         self._report(scene.scene_id, problems)
-        result = self._classify(scene.scene_id, facts, relations.naming_frame)
+        result = self._classify(scene.scene_id, facts, _says_what_hides(relations))
         self.health.count("scenes_classified")
         beliefs = Beliefs(
             stamp=scene.stamp,
@@ -170,6 +170,17 @@ class ReasonerStage:
             derived=list(result.derived),
             knowledge_revision=self._revision,
             trust_revision=relations.trust_revision,
+            retracted=[
+                RetractedRelation(
+                    relation=each.relation,
+                    object=each.object,
+                    reference=each.reference,
+                    confidence=each.confidence,
+                    source=each.source,
+                )
+                for each in result.retracted
+            ],
+            conflict=result.conflict,
         )
         timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
         verdicts = self._judge("beliefs", beliefs, now_ns)
@@ -197,9 +208,7 @@ class ReasonerStage:
             )
         return [*map(_perceived, objects.objects), *map(_unreported, missing)]
 
-    def _classify(
-        self, scene_id: str, facts: SceneFacts, naming_frame: NamingFrame
-    ) -> Classification:
+    def _classify(self, scene_id: str, facts: SceneFacts, says_what_hides: bool) -> Classification:
         if len(facts.objects) > self.configuration.max_objects:
             self.health.problem(
                 "scene_too_large",
@@ -208,12 +217,11 @@ class ReasonerStage:
             )
             return Classification(objects=())
         withheld = self._withheld
-        if naming_frame is NamingFrame.ROBOT:
-            # Behind and in front say what hides what only as the viewer sees them.
+        if not says_what_hides:
             self.health.problem(
                 "relations_in_robot_frame",
-                f"scene {scene_id}: relations are named in the robot's frame, so occlusion stays "
-                "undecided: have them named in the viewer's frame",
+                f"scene {scene_id}: relations are named in the robot's frame alone, so occlusion "
+                "stays undecided: have them named in the viewer's frame too",
             )
             about = {axiom.id for axiom in self._program.axioms if axiom.task is Task.OCCLUSION}
             withheld = withheld | about
@@ -222,12 +230,18 @@ class ReasonerStage:
         except ReasoningError as error:
             self.health.problem("classification_failed", f"scene {scene_id}: {error}")
             return Classification.nothing(facts.objects, DecisionStatus.UNDECIDED)
-        if result.ignored:
-            names = ", ".join(sorted({repr(name) for pair in result.ignored for name in pair}))
+        if result.retracted:
+            words = ", ".join(
+                f"{each.object!r} is {each.relation} {each.reference!r}"
+                for each in result.retracted
+            )
             self.health.problem(
-                "objects_on_each_other",
-                f"scene {scene_id}: {names} stand on each other in a circle: the relations on it "
-                "are ignored",
+                "relations_retracted",
+                f"scene {scene_id} contradicts itself or the knowledge: not believed is {words}",
+            )
+        if result.conflict:
+            self.health.problem(
+                "scene_inconsistent", f"scene {scene_id} is inconsistent: {result.conflict}"
             )
         if any(each.stable.status is DecisionStatus.TIMED_OUT for each in result.objects):
             self.health.problem(
@@ -263,17 +277,49 @@ def _withheld(names: str, program: Program) -> frozenset[str]:
     return chosen
 
 
+def _says_what_hides(relations: Relations) -> bool:
+    """Whether what is behind what is said as the viewer sees it."""
+    of_the_robot = relations.naming_frame is NamingFrame.ROBOT
+    return not of_the_robot or all(
+        each.viewer_position is not None or each.position not in _DIRECTIONS
+        for each in relations.relations
+    )
+
+
+def _related(each: Relation) -> PairRelation:
+    return PairRelation(
+        each.object,
+        each.reference,
+        # Which object hides which is a matter of the viewer, whose axes ever name the directions.
+        each.viewer_position or each.position,
+        each.distance,
+        each.position_confidence,
+        each.distance_confidence,
+        each.position_source,
+        each.distance_source,
+    )
+
+
 def _perceived(each: PerceivedObject) -> SceneObject:
     return SceneObject(
         each.name,
         located=each.box is not None,
         size=each.size.value if each.size else None,
         surface=each.surface.value if each.surface else None,
+        size_source=each.size.source if each.size else "",
+        surface_source=each.surface.source if each.surface else "",
     )
 
 
 def _unreported(each: KnownObject) -> SceneObject:
-    return SceneObject(each.name, located=False, size=each.size, surface=each.surface)
+    return SceneObject(
+        each.name,
+        located=False,
+        size=each.size,
+        surface=each.surface,
+        size_source="given",
+        surface_source="given",
+    )
 
 
 def _estimates(beliefs: Beliefs) -> Estimates:

@@ -1,0 +1,223 @@
+"""Puts pieces together that are of one object, the surest pair first.
+
+How sure is a linear score of how the two meet: convex objects that touch meet in a step or in a
+concave crease, faces of one object in a convex edge; and of how their colours differ, which says
+little where the surface goes on smoothly. The weights are fitted to simulated frames with and
+without noise, on half of which objects wear random prints.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.geometry import Float
+from ros_scenesense.perception.regions import Pieces
+from ros_scenesense.perception.surface import Labels, Surface
+
+
+def merged(pieces: Pieces, surface: Surface) -> Labels:
+    """Which object each piece is of.
+
+    Args:
+        pieces: What to put together.
+        surface: The part of the image that they lie in.
+
+    Returns:
+        (count + 1,) from the label of a piece to that of its object; 0 stays 0.
+    """
+    table = _Pieces(pieces, surface)
+    waiting: list[tuple[float, int, int, int, int]] = []
+
+    def propose(one: int, other: int) -> None:
+        one, other = min(one, other), max(one, other)
+        score = table.score(one, other)
+        if score > 0.0:
+            entry = (-score, one, other, table.version[one], table.version[other])
+            heapq.heappush(waiting, entry)
+
+    for one, others in enumerate(table.borders):
+        for other in others:
+            if one < other:
+                propose(one, other)
+    while waiting:
+        _, one, other, *versions = heapq.heappop(waiting)
+        if versions != [table.version[one], table.version[other]]:
+            continue
+        table.join(one, other)
+        for neighbour in table.borders[one]:
+            propose(one, neighbour)
+    return table.objects()
+
+
+# How far from a border the surfaces on both sides are compared, pixels.
+_REACH = 5
+# Neighbours on a border that are farther apart in space show a step.
+_STEP_M = 0.015
+# Normals that differ by more, along the line across the border, show a crease or an edge.
+_BENT = 0.25
+# Surfaces that miss each other's tangent plane by more are shifted.
+_SHIFT_M = 0.006
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """Of the features of a border, all shares or lengths as `_Pieces.score` has them."""
+
+    step: float = -4.46
+    concave: float = -2.61
+    convex: float = 3.54
+    shifted: float = -4.14
+    local_color: float = -0.31
+    color: float = -1.34
+    strong_color: float = -0.27
+    lightness: float = -0.06
+    enclosed: float = 8.67
+    length: float = -0.98
+    convex_color: float = -0.84
+    smooth_color: float = 0.78
+    constant: float = 5.99
+
+
+_WEIGHTS = _Weights()
+# Columns of the sums over the pixel pairs of a border.
+_PAIRS, _STEPS, _CONCAVE, _CONVEX, _SHIFTED, _COLOR = range(6)
+
+
+class _Pieces:
+    """Pieces and their borders as sums over pixels, which add up when pieces are joined.
+
+    Attributes:
+        borders: For each piece, by its label, the sums (6,) over the border with each neighbour.
+        version: For each piece how often it changed; -1 when it is part of another one.
+    """
+
+    def __init__(self, pieces: Pieces, surface: Surface) -> None:
+        labels, size = pieces.labels, pieces.count + 1
+        flat = labels.ravel()
+        self._area = np.bincount(flat, minlength=size).astype(np.float64)
+        self._lab = np.stack(
+            [np.bincount(flat, surface.lab[..., c].ravel(), minlength=size) for c in range(3)],
+            axis=1,
+        )
+        self._outline = np.zeros(size)
+        self._joined_to = np.arange(size)
+        self.version = [0] * size
+        self.borders: list[dict[int, Float]] = [{} for _ in range(size)]
+        sums: dict[tuple[int, int], Float] = {}
+        for axis in (0, 1):
+            for pair, border in self._along(labels, surface, axis):
+                sums[pair] = sums[pair] + border if pair in sums else border
+        for (one, other), border in sums.items():
+            self.borders[one][other] = self.borders[other][one] = border
+
+    def score(self, one: int, other: int) -> float:
+        """How sure it is that two neighbours are of one object; above 0 they are."""
+        border, w = self.borders[one][other], _WEIGHTS
+        pairs = float(border[_PAIRS])
+        step, concave, convex, shifted, local = (float(v) for v in border[1:] / pairs)
+        change = self._lab[one] / self._area[one] - self._lab[other] / self._area[other]
+        lightness = min(abs(float(change[0])) / 10.0, 2.0)
+        color = math.hypot(float(change[1]), float(change[2])) / 10.0
+        enclosed = pairs / max(1.0, min(self._outline[one], self._outline[other]))
+        smooth = max(0.0, 1.0 - step - concave)
+        return float(
+            w.step * step
+            + w.concave * concave
+            + w.convex * convex
+            + w.shifted * shifted
+            + w.local_color * min(local / 10.0, 4.0)
+            + w.color * min(color, 2.0)
+            + w.strong_color * min(color, 8.0)
+            + w.lightness * lightness
+            + w.enclosed * enclosed
+            + w.length * math.log(pairs)
+            + w.convex_color * convex * min(color, 3.0)
+            + w.smooth_color * smooth * min(color, 3.0)
+            + w.constant
+        )
+
+    def join(self, one: int, other: int) -> None:
+        """Makes the other piece part of the first."""
+        between = self.borders[one].pop(other)
+        del self.borders[other][one]
+        self._outline[one] += self._outline[other] - 2.0 * between[_PAIRS]
+        self._area[one] += self._area[other]
+        self._lab[one] += self._lab[other]
+        for neighbour, border in self.borders[other].items():
+            del self.borders[neighbour][other]
+            known = self.borders[one].get(neighbour)
+            together = border if known is None else known + border
+            self.borders[one][neighbour] = self.borders[neighbour][one] = together
+        self.borders[other] = {}
+        self._joined_to[other] = one
+        self.version[one] += 1
+        self.version[other] = -1
+
+    def objects(self) -> Labels:
+        """For each piece the label of what it was joined to in the end."""
+        roots = self._joined_to
+        while not np.array_equal(roots, roots[roots]):
+            roots = roots[roots]
+        return roots.astype(np.int32)
+
+    def _along(
+        self, labels: Labels, surface: Surface, axis: int
+    ) -> list[tuple[tuple[int, int], Float]]:
+        """The sums of the borders that the lines along an image axis cross."""
+        size = len(self._area)
+        first = labels[:-1] if axis == 0 else labels[:, :-1]
+        second = labels[1:] if axis == 0 else labels[:, 1:]
+        y, x = np.nonzero(first != second)
+        one, other = first[y, x], second[y, x]
+        self._outline += np.bincount(one, minlength=size) + np.bincount(other, minlength=size)
+        inner = (one > 0) & (other > 0)
+        y, x, one, other = y[inner], x[inner], one[inner], other[inner]
+        if len(y) == 0:
+            return []
+        dy, dx = (1, 0) if axis == 0 else (0, 1)
+        here, there = (y, x), (y + dy, x + dx)
+        far_here = _inside(labels, here, one, -_REACH * dy, -_REACH * dx)
+        far_there = _inside(labels, there, other, _REACH * dy, _REACH * dx)
+        gap = np.linalg.norm(surface.points[here] - surface.points[there], axis=1)
+        across = surface.points[far_there] - surface.points[far_here]
+        normal_here, normal_there = surface.normals[far_here], surface.normals[far_there]
+        turn = np.einsum("nc,nc->n", normal_there - normal_here, across)
+        turn /= np.maximum(np.linalg.norm(across, axis=1), 1e-9)
+        missed = np.minimum(
+            np.abs(np.einsum("nc,nc->n", across, normal_here)),
+            np.abs(np.einsum("nc,nc->n", across, normal_there)),
+        )
+        step = gap > _STEP_M
+        observed = np.stack(
+            [
+                np.ones(len(y)),
+                step,
+                (turn < -_BENT) & ~step,
+                (turn > _BENT) & ~step,
+                (missed > _SHIFT_M) & ~step,
+                np.linalg.norm(surface.lab[far_here] - surface.lab[far_there], axis=1),
+            ],
+            axis=1,
+        )
+        codes = np.minimum(one, other).astype(np.int64) * size + np.maximum(one, other)
+        found, pair_of = np.unique(codes, return_inverse=True)
+        sums = np.stack(
+            [np.bincount(pair_of, column, minlength=len(found)) for column in observed.T], axis=1
+        )
+        return [((int(c) // size, int(c) % size), row) for c, row in zip(found, sums, strict=True)]
+
+
+Pixels = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+
+
+def _inside(labels: Labels, pixels: Pixels, owner: Labels, dy: int, dx: int) -> Pixels:
+    """The pixels moved away from the border, where that does not leave their piece."""
+    y = np.clip(pixels[0] + dy, 0, labels.shape[0] - 1)
+    x = np.clip(pixels[1] + dx, 0, labels.shape[1] - 1)
+    stays = labels[y, x] == owner
+    return np.where(stays, y, pixels[0]), np.where(stays, x, pixels[1])
