@@ -60,7 +60,7 @@ def test_the_domain_of_the_paper_is_given_and_withheld(robot_assistant: Domain) 
     assert {"large_on_small", "tall_tower", "four_blocks", "on_object"} <= set(description.ids)
     assert all(each.words for each in withheld)
     (goal,) = description.goals.values()
-    assert str(goal) == "no occluded(X), no -stable(X), fewest on(X, table)"
+    assert str(goal) == "no occluded(X), no -stable(X), no in_hand(R, X), fewest on(X, table)"
 
 
 def test_the_converse_laws_are_the_papers_action_language(robot_assistant: Domain) -> None:
