@@ -1,5 +1,6 @@
 """Labelled regions of interest: the pixels and labels of the scene that they are a part of."""
 
+import msgspec
 import numpy as np
 import pytest
 from test_dataset import known, labelled, record_with
@@ -87,12 +88,7 @@ def test_groups_are_stacks_and_what_is_behind_with_all_before_it() -> None:
     )
     assert possible_groups(record) == [(Task.OCCLUSION, ("base", "far", "near"))]
     relations = [
-        one
-        if one.position is not Position.FRONT
-        else type(one)(
-            **{name: getattr(one, name) for name in one.__struct_fields__}
-            | {"position_ambiguous": True}
-        )
+        msgspec.structs.replace(one, position_ambiguous=one.position is Position.FRONT)
         for one in record.relations
     ]
     record.relations[:] = relations
