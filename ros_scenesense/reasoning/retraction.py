@@ -26,12 +26,14 @@ class Retraction:
     Attributes:
         outcome: NO_ANSWER_SET if withdrawing relations does not help.
         believed: Shown atoms that hold in all best explanations.
-        relations: Relations that are withdrawn in one of the best explanations.
+        relations: Relations that are withdrawn in one of the best explanations at least.
+        chosen: Of these, indices among the perceived relations, those of one best explanation.
     """
 
     outcome: Outcome
     believed: Sequence[clingo.Symbol] = ()
     relations: tuple[PerceivedRelation, ...] = ()
+    chosen: frozenset[int] = frozenset()
 
 
 def retract(
@@ -43,7 +45,7 @@ def retract(
         facts: The scene.
         selection: The statements in force.
         source: Name of the program, for messages.
-        time_limit_s: Limit of each of two searches.
+        time_limit_s: Limit of each of three searches.
 
     Raises:
         ReasoningError: If the solver fails.
@@ -60,8 +62,11 @@ def retract(
         configuration: Any = control.configuration.solve
         configuration.enum_mode = "brave"
         perhaps = solve(control, time_limit_s)
-        if perhaps.outcome is not Outcome.FOUND:
-            return Retraction(perhaps.outcome)
+        configuration.enum_mode = "auto"
+        one = solve(control, time_limit_s)
+        for each in (perhaps, one):
+            if each.outcome is not Outcome.FOUND:
+                return Retraction(each.outcome)
     relations = facts.perceived(selection.used)
     withdrawn = sorted(
         symbol.arguments[0].number for symbol in perhaps.symbols if symbol.name == "retracted"
