@@ -5,17 +5,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_scenesense.grounding.distances import closest_distances
 from ros_scenesense.grounding.extent import Extent
-from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs
+from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, ground_pairs, measure_distances
 from ros_scenesense.scene import Distance, Position
 
 RULES = (PYRAMIDS, IMPROVED)
 
 
-def name(extents, rule=PYRAMIDS, gaps=None):
-    closest = closest_distances([extent.points for extent in extents])
-    return ground_pairs(extents, closest, gaps, rule)
+# Far away, so that no object is thought to have a hidden back in any other direction than away.
+VIEWPOINT = np.array([0.0, -50.0, 0.0])
+
+
+def name(extents, rule=PYRAMIDS, viewpoint=VIEWPOINT):
+    distances = measure_distances(extents, viewpoint, rule)
+    return ground_pairs(extents, distances, viewpoint, rule)
 
 
 DIRECTIONS = {
@@ -94,7 +97,7 @@ def test_pyramids_open_at_45_degrees_however_flat_the_reference():
 
 def test_fewer_than_two_objects_have_no_relations():
     assert name([]) == {}
-    assert name([block((0, 0, 0))], IMPROVED, np.zeros((1, 1))) == {}
+    assert name([block((0, 0, 0))], IMPROVED) == {}
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -132,15 +135,16 @@ def test_every_directed_pair_gets_exactly_one_of_each(scene, rule):
         assert 0.0 < grounding.position_confidence <= 1.0
 
 
-@given(SCENES, st.lists(st.integers(-4, 4), min_size=3, max_size=3), st.sampled_from(RULES))
-def test_moving_the_whole_scene_changes_nothing(scene, shift, rule):
+@given(SCENES, st.lists(st.integers(-4, 4), min_size=3, max_size=3))
+def test_moving_the_whole_scene_changes_nothing(scene, shift):
     # On a grid of 1/1024 m, moving by whole metres rounds nothing.
     extents = [
         Extent(*(np.round(part * 1024.0) / 1024.0 for part in (one.points, one.low, one.high)))
         for one in build(scene)
     ]
-    there = name([moved(one, np.array(shift, float)) for one in extents], rule)
-    here = name(extents, rule)
+    there = [moved(one, np.array(shift, float)) for one in extents]
+    there = name(there, PYRAMIDS, VIEWPOINT + shift)
+    here = name(extents, PYRAMIDS)
     assert {key: said.position for key, said in there.items()} == {
         key: said.position for key, said in here.items()
     }

@@ -89,6 +89,14 @@ class TestFound:
         with pytest.raises(FrameError, match="millimetres"):
             perceive(dataclasses.replace(FRAME, depth=depth))
 
+    def test_depth_that_is_mostly_holes_is_said(self):
+        rng = np.random.default_rng(0)
+        depth = np.where(rng.random(FRAME.depth.shape) < 0.8, 0.0, FRAME.depth)
+        sparse = dataclasses.replace(FRAME, depth=depth.astype(np.float32), instances=None)
+        (words,) = perceive(sparse).report.problems
+        assert words.startswith("scene frame-0000: only ")
+        assert "objects may be missed" in words
+
 
 class TestCommand:
     def test_prints_tables_and_writes_picture_and_json(self, files, capsys):
@@ -134,7 +142,7 @@ class TestCommand:
             (lambda f: f.depth.write_bytes(f.color.read_bytes()), "8 bits and 3 channels"),
             (lambda f: cv2.imwrite(str(f.depth), np.zeros((120, 160), np.uint16)), "no depth read"),
             (lambda f: cv2.imwrite(str(f.depth), np.ones((60, 80), np.uint16) * 900), "aligned"),
-            (lambda f: samples.write_depth(f.depth, FRAME, 1.0), "taken for millimetres"),
+            (lambda f: samples.write_depth(f.depth, FRAME, 1.0), "metres taken for millimetres"),
             (lambda f: samples.write_depth(f.depth, FRAME, 10.0), "(1 would fit)|metres"),
             (lambda f: f.camera.write_text("{"), "cannot be read"),
             (lambda f: f.camera.write_text("[1]"), "fx, fy, cx, cy"),

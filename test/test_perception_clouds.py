@@ -32,9 +32,8 @@ def frame_of(depth: np.ndarray, instances: np.ndarray | None = None) -> Frame:
 
 def test_each_object_gets_exactly_its_own_points():
     instances = np.array([[0, 3, 3], [9, 0, 3]], dtype=np.uint16)
-    points = frame_of(np.arange(1.0, 7.0).reshape(2, 3)).intrinsics.back_project(
-        np.arange(1.0, 7.0).reshape(2, 3)
-    )
+    depth = np.linspace(1.0, 1.02, 6).reshape(2, 3)
+    points = frame_of(depth).intrinsics.back_project(depth)
     nine, three, absent = object_clouds(points, instances, [9, 3, 5], 100, rng())
     assert nine.readings == 1
     np.testing.assert_array_equal(nine.points, points[1:2, 0])
@@ -45,11 +44,11 @@ def test_each_object_gets_exactly_its_own_points():
 
 @pytest.mark.parametrize("nothing", [0.0, -1.0, np.nan, np.inf])
 def test_pixels_without_a_reading_are_no_points(nothing):
-    depth = np.array([[1.0, nothing], [nothing, 2.0]])
+    depth = np.array([[1.0, nothing], [nothing, 1.01]])
     points = frame_of(depth).intrinsics.back_project(depth)
     (cloud,) = object_clouds(points, np.ones((2, 2), np.uint16), [1], 100, rng())
     assert cloud.readings == 2
-    assert cloud.points[:, 2].tolist() == [1.0, 2.0]
+    assert cloud.points[:, 2].tolist() == [1.0, 1.01]
     assert len(background_points(points, np.zeros((2, 2), np.uint16), 100, rng())) == 2
 
 
@@ -118,3 +117,25 @@ def test_frame_cloud_of_an_image_without_use_is_empty(depth):
     frame = dataclasses.replace(render([]), depth=np.full((120, 160), depth, dtype=np.float32))
     points, colors = frame_cloud(frame, 0.005)
     assert points.shape == colors.shape == (0, 3)
+
+
+def test_readings_that_mix_an_object_with_what_is_behind_are_left_out():
+    depth = np.full((64, 640), 1.5)
+    depth[:, 300:340] = 1.0
+    depth[:, [299, 340]] = 1.25  # mixed
+    instances = np.zeros((64, 640), np.uint16)
+    instances[:, 299:341] = 1
+    points = frame_of(depth).intrinsics.back_project(depth)
+    (cloud,) = object_clouds(points, instances, [1], 10_000, rng())
+    assert cloud.readings == 64 * 40
+    assert set(cloud.points[:, 2]) == {1.0}
+
+
+def test_a_slender_object_keeps_its_readings():
+    depth = np.full((64, 640), 1.5)
+    depth[:, :100] = 1.0
+    instances = np.zeros((64, 640), np.uint16)
+    instances[:, 100:102] = 1  # nothing but readings beside a nearer surface
+    points = frame_of(depth).intrinsics.back_project(depth)
+    (cloud,) = object_clouds(points, instances, [1], 10_000, rng())
+    assert cloud.readings == 64 * 2

@@ -15,6 +15,7 @@ COMMANDS = {
     "demo": "run the whole graph on simulated scenes and write a report",
     "launch": "start the nodes and keep them running",
     "feedback": "tell the running graph how two objects are related",
+    "groundings": "draw what prepositions mean to the robot, as it learned",
     "params": "list the parameters of all nodes, or make a params file",
     "dataset": "make, verify, count and show datasets of simulated scenes",
     "scene": "draw one scene and list what is known of it",

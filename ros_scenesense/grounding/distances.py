@@ -87,20 +87,14 @@ def closest_distances(clouds: Sequence[Float]) -> dict[tuple[int, int], Float]:
 
 
 def distance_relations(
-    closest: Mapping[tuple[int, int], Float], seen_gaps: Float | None = None
+    closest: Mapping[tuple[int, int], Float],
 ) -> dict[tuple[int, int], tuple[Distance, float]]:
     """The distance relation of every unordered pair, and its confidence, by (i, j) with i < j.
 
     Args:
-        closest: As `closest_distances` gives them.
-        seen_gaps: (n, n) from `contact.seen_gaps`: where it is smaller it is the distance. None
-            gives the paper's rule alone.
+        closest: As `closest_distances` gives them, or `contact.seen_distances`.
     """
-    named = {}
-    for (i, j), distances in closest.items():
-        limit = np.inf if seen_gaps is None else float(seen_gaps[i, j])
-        named[i, j] = name_distance(min(limit, float(distances.mean())))
-    return named
+    return {pair: name_distance(float(distances.mean())) for pair, distances in closest.items()}
 
 
 def _exact(first: cKDTree, second: cKDTree) -> Float:

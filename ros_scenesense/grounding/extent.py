@@ -25,12 +25,31 @@ class Extent:
     high: Float
 
 
-def completed(extents: Sequence[Extent]) -> tuple[Float, Float]:
+def completed(extents: Sequence[Extent], viewpoint: Float) -> tuple[Float, Float]:
     """Boxes as they may be when seen from all sides: lower and upper corners, each (n, 3).
 
-    Of most objects only the front is seen: they are taken to be as deep as they are wide.
+    Of most objects only the front is seen: they are taken to be as deep, along the line of sight,
+    as they are wide across it.
+
+    Args:
+        extents: The objects in naming axes, which may be turned about up against the viewer's.
+        viewpoint: (3,) where the camera is, in the same axes.
     """
     low = np.array([one.low for one in extents]).reshape(-1, 3)
     high = np.array([one.high for one in extents]).reshape(-1, 3)
-    high[:, 1] = np.maximum(high[:, 1], low[:, 1] + high[:, 0] - low[:, 0])
+    sight = (low + high)[:, :2] / 2.0 - viewpoint[:2]
+    lengths = np.linalg.norm(sight, axis=1, keepdims=True)
+    # Straight below the camera an object has no back.
+    sight = np.divide(sight, lengths, out=np.zeros_like(sight), where=lengths > 0.0)
+    for index, extent in enumerate(extents):
+        right, away = sight[index]
+        turn = np.array([[away, right], [-right, away]])  # columns: across, along the line of sight
+        width, depth = np.ptp(np.percentile(extent.points[:, :2] @ turn, _SIDES, axis=0), axis=0)
+        hidden = max(0.0, float(width - depth)) * sight[index]
+        low[index, :2] += np.minimum(0.0, hidden)
+        high[index, :2] += np.maximum(0.0, hidden)
     return low, high
+
+
+# As the bounds of boxes are.
+_SIDES = (3.0, 97.0)

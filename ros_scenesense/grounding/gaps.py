@@ -2,7 +2,7 @@
 
 The first that applies:
 
-1. *in*: most of the object's points lie inside the box of the reference.
+1. *in*: most of the object, by its points or by its box, lies inside the box of the reference.
 2. *above*, *below*: the footprints of the boxes overlap, and one begins where the other ends.
 3. The direction along the axis on which the pair is separated most. Let g be the gap between the
    boxes along an axis (negative where they overlap) and h the smallest, over the axes, sum of half
@@ -34,18 +34,22 @@ _IN_SHARE = 0.5
 _OVERLAP_SHARE = 0.1
 # The lower part of an object may sink by this share of the lower height into the box of another.
 _INTERLEAVING = 0.4
+_THINNEST_M = 1e-4
 
 
-def positions(extents: Sequence[Extent]) -> dict[tuple[int, int], tuple[Position, float]]:
+def positions(
+    extents: Sequence[Extent], viewpoint: Float
+) -> dict[tuple[int, int], tuple[Position, float]]:
     """The relation of object i to reference j, by (i, j), and its confidence.
 
-    The confidence is the share of points inside for *in*, 1 for what is over something else, and
+    The confidence is the share inside for *in*, 1 for what is over something else, and
     for directions it falls from 1 on the axis to 0.5 between two axes.
 
     Args:
         extents: The objects in naming axes.
+        viewpoint: (3,) where the camera is, in the same axes.
     """
-    low, high = completed(extents)
+    low, high = completed(extents, viewpoint)
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     offset = centre[:, None] - centre[None]  # (n, n, 3), from j to i
     reach = half[:, None] + half[None]
@@ -73,12 +77,18 @@ def positions(extents: Sequence[Extent]) -> dict[tuple[int, int], tuple[Position
 
 
 def _shares_inside(extents: Sequence[Extent], low: Float, high: Float) -> Float:
-    """Share of the points of object i inside the box of object j, (n, n)."""
-    shares = np.empty((len(extents), len(extents)))
+    """How much of object i, by its points or by its box, is inside the box of object j: (n, n).
+
+    Of what is in a container mostly the top is seen, so its points alone say too little.
+    """
+    edges = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
+    sizes = np.maximum(high - low, _THINNEST_M)
+    shares = (np.clip(edges, 0.0, None) / sizes[:, None]).prod(axis=-1)
     for i, extent in enumerate(extents):
         points = extent.points[:, None]
-        shares[i] = ((points >= low) & (points <= high)).all(axis=2).mean(axis=0)
-    return shares
+        inside = ((points >= low) & (points <= high)).all(axis=2).mean(axis=0)
+        shares[i] = np.minimum(1.0, np.maximum(shares[i], inside))
+    return np.asarray(shares)
 
 
 def _over(low: Float, high: Float) -> npt.NDArray[np.bool_]:

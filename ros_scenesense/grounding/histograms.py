@@ -86,25 +86,23 @@ class SceneHistograms:
 
 def describe(
     extents: Sequence[Extent],
-    closest: Mapping[tuple[int, int], Float],
-    seen_gaps: Float | None = None,
+    distances: Mapping[tuple[int, int], Float],
+    viewpoint: Float,
     yaw_rad: float = 0.0,
 ) -> SceneHistograms:
     """The histograms of all pairs of a scene.
 
     Args:
         extents: The objects in the naming axes.
-        closest: As `distances.closest_distances` gives them for the same objects.
-        seen_gaps: (n, n) from `contact.seen_gaps`: where it is smaller than what is between the
-            clouds, it is the distance. None takes the clouds alone.
+        distances: Of the same objects, as `qsr.measure_distances` gives them; in whichever axes.
+        viewpoint: (3,) where the camera is, in the same axes as the objects.
         yaw_rad: By how much the axes are turned to the left of the viewer's.
     """
     count = len(extents)
     distance = np.zeros((count, count, DISTANCE_BINS))
-    for (i, j), distances in closest.items():
-        limit = math.inf if seen_gaps is None else float(seen_gaps[i, j])
-        distance[i, j] = distance[j, i] = _distance_histogram(np.minimum(distances, limit))
-    low, high = completed(extents)
+    for (i, j), values in distances.items():
+        distance[i, j] = distance[j, i] = _distance_histogram(values)
+    low, high = completed(extents, viewpoint)
     middle = (low + high) / 2.0
     between = middle[:, None] - middle[None]  # from j to i
     azimuth = np.arctan2(between[..., 1], between[..., 0])

@@ -51,6 +51,10 @@ class GroundingMemory:
         """By how much the viewer's axes must be turned to the left to be those of people."""
         return self.viewpoint.yaw_rad
 
+    def expect_change(self) -> None:
+        """The camera is known to have moved: what people say next may be named along other axes."""
+        self.viewpoint.expect_change()
+
     def learn(self, examples: Iterable[Example], agreement_dropped: bool = False) -> None:
         """Merges examples.
 

@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 
 from ros_scenesense.geometry import Float
 from ros_scenesense.grounding import gaps, pyramids
-from ros_scenesense.grounding.distances import distance_relations
+from ros_scenesense.grounding.contact import seen_distances
+from ros_scenesense.grounding.distances import closest_distances, distance_relations
 from ros_scenesense.grounding.extent import Extent
 from ros_scenesense.messages.grounding import Grounding
 
@@ -21,17 +22,17 @@ IMPROVED = "improved"
 
 def ground_pairs(
     extents: Sequence[Extent],
-    closest: Mapping[tuple[int, int], Float],
-    seen_gaps: Float | None = None,
+    distances: Mapping[tuple[int, int], Float],
+    viewpoint: Float,
     rule: str = IMPROVED,
 ) -> dict[tuple[int, int], Grounding]:
     """Position and distance relation of every directed pair.
 
     Args:
         extents: The located objects, all in the same naming axes.
-        closest: As `distances.closest_distances` gives them for the same objects.
-        seen_gaps: (n, n) from `contact.seen_gaps`: stacked objects touch unless a gap was seen.
-            The rule `pyramids` takes no notice. None gives the paper's distances alone.
+        distances: Of the same objects: as `measure_distances` gives them for the same rule; in
+            whichever axes.
+        viewpoint: (3,) where the camera is, in the same axes as the objects.
         rule: `pyramids` or `improved`.
 
     Returns:
@@ -39,12 +40,12 @@ def ground_pairs(
     """
     if len(extents) < 2:
         return {}
+    near = distance_relations(distances)
     by_pyramids = rule == PYRAMIDS
-    distances = distance_relations(closest, None if by_pyramids else seen_gaps)
-    positions = pyramids.positions(extents) if by_pyramids else gaps.positions(extents)
+    places = pyramids.positions(extents) if by_pyramids else gaps.positions(extents, viewpoint)
     groundings = {}
-    for (i, j), (position, confidence) in positions.items():
-        distance, distance_confidence = distances[min(i, j), max(i, j)]
+    for (i, j), (position, confidence) in places.items():
+        distance, distance_confidence = near[min(i, j), max(i, j)]
         groundings[i, j] = Grounding(
             position=position,
             position_confidence=confidence,
@@ -52,3 +53,18 @@ def ground_pairs(
             distance_confidence=distance_confidence,
         )
     return groundings
+
+
+def measure_distances(
+    extents: Sequence[Extent], viewpoint: Float, rule: str = IMPROVED
+) -> dict[tuple[int, int], Float]:
+    """The closest distances of every unordered pair, by (i, j) with i < j; each (K,) metres.
+
+    Args:
+        extents: The located objects along the viewer's axes: what is hidden depends on them.
+        viewpoint: (3,) where the camera is, in the same axes.
+        rule: `pyramids` takes them between the clouds, as the paper does; `improved` only as far
+            as the camera has seen them.
+    """
+    closest = closest_distances([extent.points for extent in extents])
+    return closest if rule == PYRAMIDS else seen_distances(extents, closest, viewpoint)

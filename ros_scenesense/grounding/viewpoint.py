@@ -26,14 +26,15 @@ class ViewpointSettings:
     Attributes:
         error_share: Share of the words that are wrong.
         blur_rad: How sharp the borders between two directions are.
-        change_share: How likely it is, before any word is heard, that the viewpoint changed within
-            the remembered words.
+        change_share: How likely it is that the viewpoint changes between one word and the next.
+        moved_share: The same if the camera is known to have moved.
         memory: So many words are remembered.
     """
 
     error_share: float = 0.15
     blur_rad: float = math.radians(8.0)
-    change_share: float = 0.3
+    change_share: float = 0.02
+    moved_share: float = 0.8
     memory: int = 60
 
 
@@ -47,9 +48,15 @@ class ViewpointEstimator:
     def __init__(self, settings: ViewpointSettings | None = None) -> None:
         self.settings = settings or ViewpointSettings()
         self.yaw_rad = 0.0
-        self._moved = False
-        # Azimuth in the viewer's axes, and the direction that was named, by word.
-        self._words = np.empty((0, 2))
+        self._turned = False
+        self._expected = False
+        # By word: azimuth in the viewer's axes, the direction that was named, and how likely a
+        # change of the viewpoint was just before it.
+        self._words = np.empty((0, 3))
+
+    def expect_change(self) -> None:
+        """The camera is known to have moved: from now on another angle is likely."""
+        self._expected = True
 
     def observe(self, position: Position, azimuth_rad: float) -> bool:
         """Takes a word of a person.
@@ -63,22 +70,25 @@ class ViewpointEstimator:
         """
         if position not in _DIRECTIONS_RAD:
             return False
-        word = [[azimuth_rad, _DIRECTIONS_RAD[position]]]
-        self._words = np.concatenate([self._words, word])[-self.settings.memory :]
+        settings = self.settings
+        share = settings.moved_share if self._expected else settings.change_share
+        self._expected = False
+        word = [[azimuth_rad, _DIRECTIONS_RAD[position], share]]
+        self._words = np.concatenate([self._words, word])[-settings.memory :]
         likelihoods = self._log_likelihoods(_GRID_RAD)  # (words, angles)
         present = self._log_likelihoods(np.array([self.yaw_rad]))[:, 0]
         since = self._change(likelihoods, present)
         if since is not None:
-            self._words, self._moved = self._words[since:], True
+            self._words, self._turned = self._words[since:], True
             likelihoods = likelihoods[since:]
-        if self._moved:
+        if self._turned:
             self.yaw_rad = _mean_angle(likelihoods.sum(axis=0))
         return since is not None
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """What is remembered, as plain arrays: for a file."""
         return {
-            "yaw": np.array([self.yaw_rad, float(self._moved)]),
+            "yaw": np.array([self.yaw_rad, float(self._turned), float(self._expected)]),
             "words": self._words.copy(),
         }
 
@@ -92,18 +102,21 @@ class ViewpointEstimator:
             ValueError: If an array is missing, of another shape, or not finite.
         """
         yaw, words = arrays.get("yaw"), arrays.get("words")
-        if yaw is None or yaw.shape != (2,) or not np.isfinite(yaw).all():
-            raise ValueError("array 'yaw' must hold two numbers: the angle, and whether it changed")
-        if words is None or words.ndim != 2 or words.shape[1] != 2 or not np.isfinite(words).all():
-            raise ValueError("array 'words' must hold pairs of an azimuth and a direction")
+        if yaw is None or yaw.shape != (3,) or not np.isfinite(yaw).all():
+            raise ValueError("array 'yaw' must hold three numbers, the first of them an angle")
+        if words is None or words.ndim != 2 or words.shape[1] != 3 or not np.isfinite(words).all():
+            raise ValueError("array 'words' must hold an azimuth, a direction and a share each")
+        if (words[:, 2] <= 0.0).any() or (words[:, 2] >= 1.0).any():
+            raise ValueError("array 'words' must hold shares between 0 and 1")
         estimator = cls(settings)
-        estimator.yaw_rad, estimator._moved = float(yaw[0]), bool(yaw[1])
+        estimator.yaw_rad = float(yaw[0])
+        estimator._turned, estimator._expected = bool(yaw[1]), bool(yaw[2])
         estimator._words = np.array(words, dtype=np.float64)
         return estimator
 
     def _log_likelihoods(self, yaws: Float) -> Float:
         """Of every word given every angle, (words, angles)."""
-        off = self._words[:, :1] - self._words[:, 1:] - yaws
+        off = self._words[:, :1] - self._words[:, 1:2] - yaws
         off = np.abs(np.remainder(off + math.pi, 2.0 * math.pi) - math.pi)
         within = 1.0 / (1.0 + np.exp((off - math.pi / 4.0) / self.settings.blur_rad))
         error = self.settings.error_share
@@ -111,18 +124,16 @@ class ViewpointEstimator:
 
     def _change(self, likelihoods: Float, present: Float) -> int | None:
         """The first word of a new viewpoint; None if a change is not more likely than none."""
-        count = len(present)
         # Entry k: the words from k on are about another angle, any angle being as likely.
         since = np.cumsum(likelihoods[::-1], axis=0)[::-1]  # (words, angles)
         highest = since.max(axis=1)
         evidence = highest + np.log(np.exp(since - highest[:, None]).mean(axis=1))
         before = np.concatenate([[0.0], np.cumsum(present)[:-1]])
-        changed = before + evidence - math.log(count)
-        share = self.settings.change_share
-        unchanged = float(present.sum()) + math.log(1.0 - share) - math.log(share)
+        shares = self._words[:, 2]
+        changed = before + evidence + np.log(shares / (1.0 - shares))
         top = float(changed.max())
         total = top + math.log(float(np.exp(changed - top).sum()))
-        return int(changed.argmax()) if total > unchanged else None
+        return int(changed.argmax()) if total > float(present.sum()) else None
 
 
 _DIRECTIONS_RAD = {

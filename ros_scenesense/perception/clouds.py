@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -21,7 +22,7 @@ class ObjectCloud:
     """What depth says of one object.
 
     Attributes:
-        readings: How many of its pixels have a depth reading.
+        readings: How many of its pixels have a depth reading of its surface.
         points: A random sample of these, (M, 3) metres in the camera optical frame.
     """
 
@@ -47,12 +48,12 @@ def object_clouds(
         rng: Draws the samples.
 
     Returns:
-        One cloud per id, in the same order; empty for an object without any reading.
+        One cloud per id, in the same order; empty for an object without any reading. Readings
+        beside a nearer surface are left out: there, cameras mix the two, and read what is behind.
     """
     flat = points.reshape(-1, 3)
     labels = instances.reshape(-1)
-    pixels = np.flatnonzero(labels)
-    pixels = pixels[np.isfinite(flat[pixels, 2])]
+    pixels = np.flatnonzero((instances > 0) & _of_surfaces(points[..., 2], instances))
     # Sorted by object, the pixels of each are one slice: no pass over the image per object.
     pixels = pixels[np.argsort(labels[pixels], kind="stable")]
     sorted_labels = labels[pixels]
@@ -115,6 +116,30 @@ def frame_cloud(
     points = np.asarray(cloud.points, dtype=np.float32).reshape(-1, 3)
     colors = np.rint(np.asarray(cloud.colors).reshape(-1, 3) * 255.0).astype(np.uint8)
     return points, colors
+
+
+def _of_surfaces(depth: Float, instances: npt.NDArray[np.uint16]) -> npt.NDArray[np.bool_]:
+    """Pixels (H, W) with a reading, and not close to one that is clearly nearer.
+
+    Of an object that would lose most of its readings all are kept: it is slender, or seen at a
+    grazing angle.
+    """
+    readings = np.isfinite(depth)
+    z = np.where(readings, depth, np.inf).astype(np.float32)
+    reach = round(_MIXED_PER_COLUMN * depth.shape[1])
+    nearest = cv2.erode(z, np.ones((2 * reach + 1, 2 * reach + 1), dtype=np.uint8))
+    with np.errstate(invalid="ignore"):  # inf - inf where nothing is read
+        clear = readings & (z - nearest <= _MIXED_M + _MIXED_SHARE * nearest)
+    before, after = (np.bincount(instances[mask]) for mask in (readings, clear))
+    after = np.pad(after, (0, len(before) - len(after)))
+    return np.asarray(clear | (readings & (2 * after < before)[instances * readings]))
+
+
+# A mixed pixel is at most 2 of 640 columns away from the nearer surface. So near to each other,
+# points of one surface differ by no more than so many metres and such a share of their distance.
+_MIXED_PER_COLUMN = 2 / 640
+_MIXED_M = 0.01
+_MIXED_SHARE = 0.02
 
 
 def _draw(

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ros_scenesense.geometry import Float
-from ros_scenesense.grounding.contact import seen_gaps
-from ros_scenesense.grounding.distances import closest_distances
 from ros_scenesense.grounding.extent import Extent
-from ros_scenesense.grounding.frames import NamingAxes
+from ros_scenesense.grounding.frames import NamingAxes, gravity_axes
 from ros_scenesense.grounding.histograms import SceneHistograms, describe
 from ros_scenesense.grounding.memory import GroundingMemory
-from ros_scenesense.grounding.qsr import ground_pairs
+from ros_scenesense.grounding.qsr import ground_pairs, measure_distances
 from ros_scenesense.messages.grounding import PairGrounding
 from ros_scenesense.perception.boxes import robust_bounds
 
@@ -63,24 +61,24 @@ def ground_scene(
         memory: Gives the metric model, and by how much the axes of people are turned from these.
     """
     names = list(clouds)
-    extents = [_extent(points, axes) for points in clouds.values()]
-    # What is hidden depends on where the camera is: the origin, however its axes are turned.
-    gaps = seen_gaps(extents, np.zeros(3))
-    closest = closest_distances([one.points for one in extents])
-    named = extents
-    if memory.yaw_rad != 0.0:
-        turned = axes.turned(memory.yaw_rad)
-        named = [_extent(points, turned) for points in clouds.values()]
-    by_rule = ground_pairs(named, closest, gaps, rule)
-    histograms = describe(named, closest, gaps, memory.yaw_rad)
+    # What is hidden depends on where the camera is and looks, not on whose left and right it is.
+    # The camera is the origin however its axes are turned.
+    seen = _extents(clouds, gravity_axes(axes.rows[2]))
+    distances = measure_distances(seen, _CAMERA, rule)
+    named = _extents(clouds, axes.turned(memory.yaw_rad))
+    by_rule = ground_pairs(named, distances, _CAMERA, rule)
+    histograms = describe(named, distances, _CAMERA, memory.yaw_rad)
     learned = memory.model.ground(histograms)
     pairs = [
         PairGrounding(object=names[i], reference=names[j], qsr=said, msr=learned.get((i, j)))
         for (i, j), said in by_rule.items()
     ]
-    return GroundedPairs(pairs, names, extents, histograms)
+    return GroundedPairs(pairs, names, _extents(clouds, axes), histograms)
 
 
-def _extent(points: Float, axes: NamingAxes) -> Extent:
-    turned = points @ axes.rows.T
-    return Extent(turned, *robust_bounds(turned))
+_CAMERA = np.zeros(3)
+
+
+def _extents(clouds: Mapping[str, Float], axes: NamingAxes) -> list[Extent]:
+    turned = [points @ axes.rows.T for points in clouds.values()]
+    return [Extent(points, *robust_bounds(points)) for points in turned]
