@@ -28,7 +28,7 @@ import yaml
 
 from ros_scenesense.errors import MessageError, ReasoningError
 from ros_scenesense.messages.codec import decode
-from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relations
+from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
 from ros_scenesense.scene import Distance, Position, Size, Surface
@@ -153,10 +153,7 @@ def recorded_scene(content: Mapping[str, Any], source: str) -> KnownScene:
     objects, relations = found["objects"], found["relations"]
     facts, problems = SceneFacts.checked(
         map(perceived_object, objects.objects),
-        (
-            PairRelation(each.object, each.reference, each.position, each.distance)
-            for each in relations.relations
-        ),
+        map(perceived_relation, relations.relations),
     )
     if problems:
         raise ReasoningError(f"scene {source}: {problems[0].words}")
@@ -172,6 +169,22 @@ def perceived_object(each: PerceivedObject) -> SceneObject:
         located=each.box is not None,
         size=each.size.value if each.size else None,
         surface=each.surface.value if each.surface else None,
+        size_source=each.size.source if each.size else "",
+        surface_source=each.surface.source if each.surface else "",
+    )
+
+
+def perceived_relation(each: Relation) -> PairRelation:
+    """The relations of a pair as control settled on them."""
+    return PairRelation(
+        each.object,
+        each.reference,
+        each.position,
+        each.distance,
+        each.position_confidence,
+        each.distance_confidence,
+        each.position_source,
+        each.distance_source,
     )
 
 
