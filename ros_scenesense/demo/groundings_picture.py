@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +13,12 @@ from ros_scenesense.grounding.histograms import DISTANCE_EDGES_M, PHI_BINS, THET
 from ros_scenesense.grounding.msr import MetricModel
 from ros_scenesense.scene import Distance, Position
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 _COLUMNS = 4
 _SIZE_INCHES = (15.0, 9.5)
 
 
-def draw_groundings(model: MetricModel) -> Figure:
-    """One panel for each preposition.
+def draw_groundings(model: MetricModel) -> Any:
+    """One panel for each preposition, as a matplotlib figure.
 
     Positions: where the points of an object are as seen from the reference, over the directions
     about up (left, front, right, behind) and from up to down; the title says how much lies inside

@@ -179,7 +179,8 @@ def perceived_relation(each: Relation) -> PairRelation:
     return PairRelation(
         each.object,
         each.reference,
-        each.position,
+        # Which object hides which is a matter of the viewer, whose axes ever name the directions.
+        each.viewer_position or each.position,
         each.distance,
         each.position_confidence,
         each.distance_confidence,
