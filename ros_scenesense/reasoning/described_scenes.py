@@ -33,6 +33,9 @@ from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
 from ros_scenesense.scene import Distance, Position, Size, Surface
 
+GIVEN = "given"
+"""Source of what a description says."""
+
 TABLE = "table"
 """What objects stand on that stand on no object."""
 
@@ -108,7 +111,7 @@ def described_scene(content: Mapping[str, Any], source: str) -> KnownScene:
     except msgspec.ValidationError as error:
         raise ReasoningError(f"scene {source}: {error}") from error
     objects = {
-        name: SceneObject(name, each.located, each.size, each.surface)
+        name: SceneObject(name, each.located, each.size, each.surface, GIVEN, GIVEN)
         for name, each in ((n, each or DescribedObject()) for n, each in described.objects.items())
     }
     for name in objects:
@@ -244,7 +247,9 @@ class _Pairs:
                     named = self._by_stacks(one, other, stack)
                 upper, lower, position = named
                 distance = self._distances.get(pair, Distance.NOT_TOUCHING)
-                yield PairRelation(upper, lower, position, distance)
+                yield PairRelation(
+                    upper, lower, position, distance, position_source=GIVEN, distance_source=GIVEN
+                )
 
     def _place(self, one: str, other: str, position: Position, where: str, text: str) -> None:
         pair = frozenset((one, other))

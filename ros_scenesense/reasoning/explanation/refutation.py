@@ -8,7 +8,7 @@ grounded once per beginning of its body, with the atoms of the answer set as fac
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import clingo
@@ -36,8 +36,8 @@ class Attempt:
     Attributes:
         rule: Index of the rule.
         holds: The literals before the one that fails.
-        fails: The literal that fails; variables that nothing before it binds are the string `_`.
-            None if the whole body holds: then the rule is a choice that was not made.
+        fails: The literal that fails; variables that nothing before it binds are strings such as
+            `_B`. None if the whole body holds: then the rule is a choice that was not made.
         because: Why it fails: the atoms under its `not` that hold, or why its own atom does not.
     """
 
@@ -52,7 +52,8 @@ class Refutation:
     """Why an atom does not hold.
 
     Attributes:
-        atom: The atom, with the string `_` where any value would do.
+        atom: The atom, with strings such as `_` or `_B` where any value would do, the same value
+            for the same name.
         attempts: The rules that could have derived it; none if no rule can, as for what is only
             perceived or given.
         cut: Whether the attempts are left out, because they are told elsewhere or too deep.
@@ -86,23 +87,21 @@ class Refutations:
         self._depth = depth
 
     def of(self, atom: clingo.Symbol) -> Refutation:
-        """Why an atom, perhaps with the string `_` for any value, does not hold."""
+        """Why an atom, perhaps with the string `_` for any value, does not hold in this set."""
         return self._refute(atom, self._depth, set())
 
     def matches(self, pattern: clingo.Symbol) -> list[clingo.Symbol]:
-        """The atoms of the answer set that a pattern with the string `_` fits, sorted."""
-        return sorted(atom for atom in self._answer if _fits(pattern, atom))
+        """The atoms of the answer set that a pattern such as `above(1,"_B")` fits, sorted."""
+        return sorted(atom for atom in self._answer if _fits(pattern, atom, {}))
 
     def _refute(self, atom: clingo.Symbol, depth: int, told: set[clingo.Symbol]) -> Refutation:
         if depth == 0 or atom in told:
             return Refutation(atom, cut=True)
         told.add(atom)
         attempts: list[Attempt] = []
-        for rule in self._rules:
-            for head in rule.heads:
-                for holds, fails in self._furthest(rule, head, atom):
-                    because = () if fails is None else self._because(fails, depth - 1, told)
-                    attempts.append(Attempt(rule.index, holds, fails, because))
+        for rule, holds, fails in self._furthest(atom):
+            because = () if fails is None else self._because(fails, depth - 1, told)
+            attempts.append(Attempt(rule, holds, fails, because))
         return Refutation(atom, tuple(attempts))
 
     def _because(
@@ -115,40 +114,75 @@ class Refutations:
         return (self._refute(fails.atom, depth, told),)
 
     def _furthest(
-        self, rule: Rule, head: Head, atom: clingo.Symbol
-    ) -> list[tuple[tuple[GroundLiteral, ...], GroundLiteral | None]]:
-        """How far the body holds for instances with this head, the best instances only."""
-        bindings = _unified(head.atom.symbol, atom)
-        if bindings is None:
-            return []
-        body = _ordered(bindings, [*rule.body, *head.conditions])
-        text = "\n".join(_beginnings(bindings, body))
-        try:
-            found = ground(text, self._definitions, self._answer, _TRIED, 3)
-        except ReasoningError:
-            # An argument that cannot be computed backwards: what would have to hold is not known.
-            return []
-        by_length: defaultdict[int, list[Sequence[clingo.Symbol]]] = defaultdict(list)
-        for length, *rest in found:
-            by_length[length.number].append(rest)
-        if not by_length:
-            return []
-        longest = max(by_length)
-        tried = dict.fromkeys(
-            (
-                tuple(map(GroundLiteral.of, holds.arguments)),
-                GroundLiteral.of(fails) if fails.arguments else None,
+        self, atom: clingo.Symbol
+    ) -> list[tuple[int, tuple[GroundLiteral, ...], GroundLiteral | None]]:
+        """Per rule that could derive an atom, how far its body holds; the best instances only."""
+        texts: dict[int, list[str]] = {}
+        of_rule: list[int] = []
+        for rule in self._rules:
+            for head in rule.heads:
+                lines = _beginnings_of(rule, head, atom, len(of_rule))
+                if lines is not None:
+                    texts[len(of_rule)] = lines
+                    of_rule.append(rule.index)
+        found: list[tuple[int, tuple[GroundLiteral, ...], GroundLiteral | None]] = []
+        tried = self._tried(texts)
+        for number, rule_index in enumerate(of_rule):
+            lengths = tried.get(number)
+            if lengths is None:
+                continue
+            literals = dict.fromkeys(
+                (
+                    tuple(map(GroundLiteral.of, holds.arguments)),
+                    GroundLiteral.of(fails) if fails.arguments else None,
+                )
+                for holds, fails in sorted(lengths[max(lengths)])
             )
-            for holds, fails in sorted(by_length[longest], key=tuple)
-        )
-        return list(tried)[:_MOST_ATTEMPTS]
+            best = list(literals)[:_MOST_ATTEMPTS]
+            found.extend((rule_index, holds, fails) for holds, fails in best)
+        return found
+
+    def _tried(self, texts: Mapping[int, Sequence[str]]) -> dict[int, _Tried]:
+        """What the rewritten rules write down: by their number, by length of the beginning."""
+        lines = [line for each in texts.values() for line in each]
+        if not lines:
+            return {}
+        try:
+            found = ground("\n".join(lines), self._definitions, self._answer, _TRIED, 4)
+        except ReasoningError:
+            if len(texts) == 1:
+                # An argument that cannot be computed backwards: what lacks cannot be told.
+                return {}
+            one_by_one = (self._tried({number: each}) for number, each in texts.items())
+            return {number: tried for each in one_by_one for number, tried in each.items()}
+        tried: dict[int, _Tried] = {}
+        for number, length, holds, fails in found:
+            lengths = tried.setdefault(number.number, {})
+            lengths.setdefault(length.number, []).append((holds, fails))
+        return tried
+
+
+_Tried = dict[int, list[tuple[clingo.Symbol, clingo.Symbol]]]
+"""By the length of a beginning: the literals of it, and the next one."""
+
+
+def _beginnings_of(rule: Rule, head: Head, atom: clingo.Symbol, number: int) -> list[str] | None:
+    """The rules for the beginnings of a body; None if the head is never the atom."""
+    unified = _unified(head.atom.symbol, atom)
+    if unified is None:
+        return None
+    bindings = [(term, value) for term, value in unified if not _is_local(value)]
+    body = _ordered(bindings, [*rule.body, *head.conditions, *_equal(unified)])
+    return list(_beginnings(bindings, body, number))
 
 
 _Binding = tuple[ast.AST, clingo.Symbol]
 """A term of a head, and the value that it is to have."""
 
 
-def _beginnings(bindings: Sequence[_Binding], body: Sequence[ast.AST]) -> Iterator[str]:
+def _beginnings(
+    bindings: Sequence[_Binding], body: Sequence[ast.AST], number: int
+) -> Iterator[str]:
     """One rule per beginning of a body, that writes down the literals of it and the next one."""
     bound = _bound(bindings)
     conditions = [f"{term} = {value}" for term, value in bindings]
@@ -157,7 +191,7 @@ def _beginnings(bindings: Sequence[_Binding], body: Sequence[ast.AST]) -> Iterat
         rest = body[length:]
         fails = literal_term(unbound_as_local(rest[0], bound)) if rest else "()"
         tail = f" :- {'; '.join(conditions)}" if conditions else ""
-        yield f"{_TRIED}({length},({holds or ','}),{fails}){tail}."
+        yield f"{_TRIED}({number},{length},({holds or ','}),{fails}){tail}."
         if rest:
             bound |= variables_of(rest[0])
             conditions.append(str(rest[0]))
@@ -205,7 +239,7 @@ def _is_safe(literal: ast.AST, bound: set[str]) -> bool:
 def _unified(head: ast.AST, atom: clingo.Symbol) -> list[_Binding] | None:
     """The values that terms of a head must have for it to be an atom; None if it never is."""
     if _is_local(atom):
-        return []
+        return [(head, atom)]
     if head.ast_type == ast.ASTType.UnaryOperation and atom.type == clingo.SymbolType.Function:
         if not atom.negative:
             return None
@@ -231,15 +265,32 @@ def _unified(head: ast.AST, atom: clingo.Symbol) -> list[_Binding] | None:
     return found
 
 
+def _equal(unified: Sequence[_Binding]) -> list[ast.AST]:
+    """Conditions that terms are equal, for which a pattern has the same name."""
+    terms: defaultdict[str, list[ast.AST]] = defaultdict(list)
+    for term, value in unified:
+        if _is_local(value) and value.string != LOCAL:
+            terms[value.string].append(term)
+    pairs = [(first, other) for first, *others in terms.values() for other in others]
+    nodes: list[ast.AST] = []
+    for first, other in pairs:
+        ast.parse_string(f":- {first} = {other}.", nodes.append)
+    return [node.body[0] for node in nodes if node.ast_type == ast.ASTType.Rule]
+
+
 def _is_local(symbol: clingo.Symbol) -> bool:
-    return bool(symbol == clingo.String(LOCAL))
+    return symbol.type == clingo.SymbolType.String and symbol.string.startswith(LOCAL)
 
 
-def _fits(pattern: clingo.Symbol, atom: clingo.Symbol) -> bool:
+def _fits(pattern: clingo.Symbol, atom: clingo.Symbol, values: dict[str, clingo.Symbol]) -> bool:
+    """Whether a pattern is an atom, for values of its names that are kept in `values`."""
     if _is_local(pattern):
-        return True
+        return pattern.string == LOCAL or values.setdefault(pattern.string, atom) == atom
     function = clingo.SymbolType.Function
     if pattern.type != function or atom.type != function:
         return bool(pattern == atom)
     heads = [(each.name, each.positive, len(each.arguments)) for each in (pattern, atom)]
-    return heads[0] == heads[1] and all(map(_fits, pattern.arguments, atom.arguments))
+    return heads[0] == heads[1] and all(
+        _fits(one, other, values)
+        for one, other in zip(pattern.arguments, atom.arguments, strict=True)
+    )

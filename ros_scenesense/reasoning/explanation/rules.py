@@ -18,7 +18,7 @@ FIRED = "fired__"
 """Predicate of the rewritten heads; nobody else's rules use it."""
 
 LOCAL = "_"
-"""Stands, as a string, for a variable that is local to a negated literal."""
+"""Begins the strings that stand for variables without a value: `_`, or `_B` for the variable B."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ def variables_of(node: ast.AST) -> set[str]:
 
 
 def unbound_as_local(literal: ast.AST, bound: Collection[str]) -> ast.AST:
-    """The literal with the string `_` for every variable that is not bound."""
+    """The literal with a string such as `_B` for every variable that is not bound."""
     changed: ast.AST = _LocalsNamed(bound).visit(literal)
     return changed
 
@@ -142,6 +142,9 @@ class _Finder(ast.Transformer):
         return super().visit(ast, *args, **kwargs)
 
 
+_NAMED = "Anonymous__"
+
+
 class _AnonymousNamed(ast.Transformer):
     """Names the anonymous variables outside negated literals and aggregates."""
 
@@ -163,11 +166,11 @@ class _AnonymousNamed(ast.Transformer):
         if variable.name != "_":
             return variable
         self._count += 1
-        return variable.update(name=f"Any{self._count}__")
+        return variable.update(name=f"{_NAMED}{self._count}")
 
 
 class _LocalsNamed(ast.Transformer):
-    """Writes the string `_` for variables that have no value: all but the bound ones."""
+    """Writes strings for variables that have no value: anonymous ones, or all but the bound."""
 
     def __init__(self, bound: Collection[str] | None = None) -> None:
         self._bound = bound
@@ -176,4 +179,5 @@ class _LocalsNamed(ast.Transformer):
         anonymous = variable.name == "_"
         if not anonymous and (self._bound is None or variable.name in self._bound):
             return variable
-        return ast.SymbolicTerm(variable.location, clingo.String(LOCAL))
+        name = "" if anonymous or variable.name.startswith(_NAMED) else variable.name
+        return ast.SymbolicTerm(variable.location, clingo.String(LOCAL + name))

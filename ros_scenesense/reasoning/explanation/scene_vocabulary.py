@@ -86,7 +86,8 @@ class SceneVocabulary:
         fact = self._known.get(atom)
         if fact is None:
             return Reason(literal, Role.KNOWN)
-        sure = fact.confidence if atom.name in RELATIONS else None
+        perceived = atom.name in RELATIONS and fact.source not in ("", "given")
+        sure = fact.confidence if perceived else None
         return Reason(literal, Role.KNOWN, source=fact.source, confidence=sure)
 
     def absent(self, atom: clingo.Symbol) -> str:
@@ -155,7 +156,9 @@ class SceneVocabulary:
     def _argument(self, sort: str, value: clingo.Symbol) -> str:
         if value.type == clingo.SymbolType.Number and self._is_of_objects(sort):
             return self._constants[value.number]
-        return value.string if value.type == clingo.SymbolType.String else str(value)
+        if value.type == clingo.SymbolType.String:
+            return value.string.removeprefix(LOCAL) or LOCAL
+        return str(value)
 
     def _is_well_sorted(self, atom: clingo.Symbol) -> bool:
         """Whether constants other than objects stand where their sorts allow it."""

@@ -28,8 +28,8 @@ class GroundLiteral:
     Attributes:
         sign: HOLDS for an atom that must be in the answer set, FAILS for one under `not`, CONDITION
             for what is decided by itself: comparisons, aggregates, conditional literals.
-        atom: The atom, perhaps classically negated; a variable that is local to a negated literal
-            is the string `_`. None for conditions.
+        atom: The atom, perhaps classically negated; a variable without a value, such as one that
+            is local to a negated literal, is a string that begins with `_`. None for conditions.
         words: A condition as text.
     """
 
@@ -90,6 +90,7 @@ def instances(
     """
     text = "\n".join(line for rule in rules for line in rule.rewritten())
     found = ground(text, definitions, answer, FIRED, 4)
+    holds = frozenset(answer)
     return sorted(
         (
             Instance(
@@ -99,6 +100,8 @@ def instances(
                 chosen=bool(chosen.number),
             )
             for index, head, chosen, body in found
+            # A choice allows more than was chosen.
+            if head in holds
         ),
         key=lambda each: (each.rule, each.head),
     )
