@@ -233,7 +233,7 @@ def _first(statements: tuple[Statement, ...], text: str, source: str) -> _Solved
 
 
 def _supports(answer: Collection[clingo.Symbol]) -> list[tuple[str, str]]:
-    pairs = (each.arguments for each in answer if each.match("on", 2))
+    pairs = (each.arguments for each in answer if each.match("on", 2) or each.match("in", 2))
     return [(str(upper), str(lower)) for upper, lower in pairs]
 
 
