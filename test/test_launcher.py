@@ -132,6 +132,12 @@ def test_overrides_beat_the_state_folder_and_both_the_file(tmp_path):
     assert isinstance(values["resend_s"], float)
 
 
+def test_every_node_that_remembers_gets_the_state_folder(tmp_path):
+    values = parameter_values(GraphOptions(state_dir=tmp_path))
+    for node in ("simulated_camera", "grounding", "grounding_control"):
+        assert values[node]["state_dir"] == str(tmp_path)
+
+
 def test_every_graph_has_a_session_of_its_own():
     options = GraphOptions(nodes=("simulated_camera",))
     sessions = {parameter_values(options)["simulated_camera"]["session"] for _ in range(3)}
