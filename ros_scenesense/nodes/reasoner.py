@@ -9,7 +9,8 @@ from visualization_msgs.msg import MarkerArray
 
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
+from ros_scenesense.messages.learning import Axioms
+from ros_scenesense.messages.reasoning import Beliefs, Explanation, Knowledge, Query, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.base import StageNode
@@ -31,8 +32,8 @@ class ReasonerNode(StageNode):
             "reasoner",
             ReasonerConfiguration,
             ReasonerStage,
-            subscribes=(Scene, Relations, Objects, Labels),
-            publishes=(Beliefs, Estimates, Verdicts, Knowledge),
+            subscribes=(Scene, Relations, Objects, Labels, Axioms, Query),
+            publishes=(Beliefs, Estimates, Verdicts, Knowledge, Explanation),
             **node_options,
         )
 
