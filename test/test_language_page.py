@@ -13,7 +13,9 @@ from ros_scenesense.knowledge.action_language import load, parse
 from ros_scenesense.knowledge.translation import translate
 from ros_scenesense.resources import resource
 
-PAGE = (Path(__file__).resolve().parent.parent / "docs/action_language.md").read_text()
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = (ROOT / "docs/action_language.md").read_text()
+README = (ROOT / "README.md").read_text()
 LIBRARY = resource("asp", "examples/library.al")
 
 
@@ -35,7 +37,18 @@ def test_the_morning_in_the_library_is_explained_as_the_page_says(
 ) -> None:
     day = resource("asp", "examples/library_day.al")
     assert main(["solve", str(LIBRARY), str(day), "--models", "0"]) == 0
-    assert f"\n```\n{capsys.readouterr().out}```\n" in PAGE
+    out = capsys.readouterr().out
+    assert f"\n```\n{out}```\n" in PAGE
+    # The first page shows the end of it.
+    assert f"\n...\n{out[out.index('    2  ') :]}```\n" in README
+
+
+def test_the_first_page_shows_a_rule_of_the_translation(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["translate", str(LIBRARY)]) == 0
+    (shown,) = re.findall(r"^```\n(% going .*?)^```$", README, re.DOTALL | re.MULTILINE)
+    assert f"\n{shown}\n" in capsys.readouterr().out
 
 
 def test_mistakes_are_told_as_the_page_says() -> None:
