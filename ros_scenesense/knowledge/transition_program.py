@@ -338,7 +338,7 @@ class TransitionProgram:
             # Its actions, which stand in the body, guard their variables.
             premises = [*(Belief(Literal(action)) for action in axiom.actions), *axiom.body]
             local = local_variables(axiom.actions, axiom.premises)
-            texts = [condition_text(each, dialect, local) for each in axiom.body]
+            texts = [condition_text(each, dialect, local, self._signature) for each in axiom.body]
             texts += map(guard_text, guards_of([], premises, self._signature))
         else:
             texts = body_texts(axiom, self._signature, dialect)

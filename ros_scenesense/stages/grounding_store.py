@@ -23,6 +23,7 @@ from ros_scenesense.stages.scene_records import SceneRecord, pack_pair, unpack_p
 from ros_scenesense.stages.state_file import open_state_file, read_state_file
 from ros_scenesense.stages.statements import Statement, relation_named
 
+# Also to be raised, with a migration, when what the model keeps changes its shape.
 _VERSION = 1
 _SCHEMA = """
 CREATE TABLE learned (
