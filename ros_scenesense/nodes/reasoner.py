@@ -7,6 +7,7 @@ from typing import Any
 
 from visualization_msgs.msg import MarkerArray
 
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
@@ -31,8 +32,8 @@ class ReasonerNode(StageNode):
             "reasoner",
             ReasonerConfiguration,
             ReasonerStage,
-            subscribes=(Scene, Relations, Objects, Labels),
-            publishes=(Beliefs, Estimates, Verdicts, Knowledge),
+            subscribes=(Scene, Relations, Objects, Labels, Goal, ActionResult),
+            publishes=(Beliefs, Estimates, Verdicts, Knowledge, Plan, Action, Transition),
             **node_options,
         )
 

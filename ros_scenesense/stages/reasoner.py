@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ros_scenesense.errors import ParameterError, ReasoningError
+from ros_scenesense.messages.actions import ActionResult, Goal
 from ros_scenesense.messages.attention import (
     Estimate,
     Estimates,
@@ -41,9 +42,14 @@ from ros_scenesense.reasoning.facts import (
 from ros_scenesense.reasoning.program import Program
 from ros_scenesense.reasoning.verdicts import judge
 from ros_scenesense.scene import DecisionStatus, NamingFrame, Position, Task
+from ros_scenesense.stages.goal_ledger import GoalLedger
+from ros_scenesense.stages.goals import GoalKeeper, GoalLimits
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.planning_engine import PlanningEngine
 from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
+from ros_scenesense.stages.seen_scenes import SeenScene
+from ros_scenesense.stages.state_file import state_path
 
 _PUBLISHERS = {
     "scene": "the camera",
@@ -74,6 +80,22 @@ class ReasonerConfiguration:
     join_timeout_s: float = parameter(
         10.0, "seconds to wait for the other messages of a scene", minimum=0.1, maximum=3600.0
     )
+    plan_time_limit_s: float = parameter(
+        10.0, "seconds to search for a plan, or for an explanation", minimum=0.01, maximum=3600.0
+    )
+    plan_max_steps: int = parameter(
+        20, "actions of the longest plans that are tried", minimum=1, maximum=100
+    )
+    plans_per_goal: int = parameter(
+        12, "plans that are made for one goal before it is given up", minimum=1, maximum=1000
+    )
+    answer_timeout_s: float = parameter(
+        30.0,
+        "seconds to wait for the answer to an action, or for the scene of its effect",
+        minimum=0.1,
+        maximum=3600.0,
+    )
+    state_dir: str = parameter("", "folder of reasoner.db; empty = nothing is remembered")
 
 
 class ReasonerStage:
@@ -86,6 +108,7 @@ class ReasonerStage:
     Raises:
         ParameterError: If an axiom to withhold does not exist.
         ReasoningError: If the program is missing or broken.
+        StateError: If reasoner.db cannot be used.
     """
 
     def __init__(
@@ -101,24 +124,30 @@ class ReasonerStage:
         self._scenes = SceneJoin(tuple(_PUBLISHERS), timeout_s, _WAITING_SCENES)
         # Labels come with the scene, so they wait for as long as it takes to be complete, and more.
         self._judged = SceneJoin(("beliefs", "labels"), 2 * timeout_s, _WAITING_SCENES)
+        self._goals = _goal_keeper(configuration, self.health)
 
     def engine(self) -> Callable[[], Any] | None:
-        """There is no slow work: a scene is classified within milliseconds."""
-        return None
+        """A factory of the planner. A scene is classified here, within milliseconds."""
+        return PlanningEngine
 
     def start(self, now_ns: int) -> list[Outgoing]:
-        """Publishes the axioms in force."""
+        """Publishes the axioms in force; goes on with the goal of before."""
         axioms = [
             KnownAxiom(id=axiom.id, text=axiom.text, kind=axiom.kind, origin="given")
             for axiom in self._program.axioms
             if axiom.id not in self._withheld
         ]
-        return [Knowledge(stamp=Stamp.of(now_ns), revision=self._revision, axioms=axioms)]
+        knowledge = Knowledge(stamp=Stamp.of(now_ns), revision=self._revision, axioms=axioms)
+        return [knowledge, *self._goals.start(now_ns)]
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `scene`, `relations`, `objects` and `labels`, in any order."""
+        """Takes the parts of scenes, `labels`, `goal` and `action_result`, in any order."""
         if isinstance(item, Labels):
             return self._judge("labels", item, now_ns)
+        if isinstance(item, Goal):
+            return self._goals.take_goal(item, now_ns)
+        if isinstance(item, ActionResult):
+            return self._goals.take_result(item, now_ns)
         if not isinstance(item, Scene | Relations | Objects):
             return []
         part = _PART_OF[type(item)]
@@ -129,7 +158,7 @@ class ReasonerStage:
         return [] if parts is None else self._decide(**parts, now_ns=now_ns)
 
     def tick(self, now_ns: int) -> list[Outgoing]:
-        """Gives up the scenes that waited too long."""
+        """Gives up the scenes, and the goal, that waited too long."""
         for scene_id, missing in self._scenes.expired(now_ns):
             names = " and ".join(f"{part} (from {_PUBLISHERS[part]})" for part in missing)
             self.health.problem(
@@ -137,19 +166,19 @@ class ReasonerStage:
             )
         for _, missing in self._judged.expired(now_ns):
             self.health.count(f"verdicts_without_{missing[0]}")
-        return []
+        return self._goals.tick(now_ns)
 
     def jobs(self) -> list[Job]:
-        """None."""
-        return []
+        """Plans to make, and outcomes of actions to explain."""
+        return self._goals.jobs()
 
     def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
-        """Never called."""
-        del job, result, now_ns
-        return []
+        """Takes a plan, or what an action has led to."""
+        return self._goals.finish(job, result, now_ns)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Closes reasoner.db."""
+        self._goals.close()
 
     def _decide(
         self, scene: Scene, relations: Relations, objects: Objects, now_ns: int
@@ -184,7 +213,14 @@ class ReasonerStage:
         )
         timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
         verdicts = self._judge("beliefs", beliefs, now_ns)
-        return [beliefs, _estimates(beliefs), *verdicts, timing]
+        pursued = self._pursue(scene, facts, now_ns)
+        return [beliefs, _estimates(beliefs), *verdicts, timing, *pursued]
+
+    def _pursue(self, scene: Scene, facts: SceneFacts, now_ns: int) -> list[Outgoing]:
+        domain = self._program.description
+        if domain is None:
+            return []
+        return self._goals.take_scene(SeenScene(scene, facts, domain, self._withheld), now_ns)
 
     def _report(self, scene_id: str, problems: Iterable[ContentProblem]) -> None:
         """One problem for each kind, however often it occurs in the scene."""
@@ -264,6 +300,17 @@ class ReasonerStage:
                 stamp=beliefs.stamp, scene_id=beliefs.scene_id, use=labels.use, verdicts=verdicts
             )
         ]
+
+
+def _goal_keeper(configuration: ReasonerConfiguration, health: Health) -> GoalKeeper:
+    path = state_path(configuration.state_dir, "reasoner.db")
+    limits = GoalLimits(
+        time_limit_s=configuration.plan_time_limit_s,
+        max_steps=configuration.plan_max_steps,
+        plans=configuration.plans_per_goal,
+        patience_s=configuration.answer_timeout_s,
+    )
+    return GoalKeeper(GoalLedger(path, health), limits, health)
 
 
 def _withheld(names: str, program: Program) -> frozenset[str]:
