@@ -159,7 +159,7 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=30)
+@settings(max_examples=25)
 @given(STEPS)
 def test_no_evidence_is_lost_or_doubled(tmp_path_factory, steps):
     channel = Channel(tmp_path_factory.mktemp("state"))

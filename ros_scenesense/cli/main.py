@@ -21,6 +21,8 @@ COMMANDS = {
     "scene": "draw one scene and list what is known of it",
     "perceive": "find objects, relations and decisions in one real RGB-D frame",
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
+    "solve": "compute the answer sets of a domain with its history, or of a logic program",
+    "translate": "turn a domain in the action language into a program that clingo runs alone",
     "plan": "find the actions that lead from a scene to a goal",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",

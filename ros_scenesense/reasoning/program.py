@@ -213,7 +213,8 @@ class Messages:
     def take(self, code: clingo.MessageCode, text: str) -> None:
         """The logger to hand to clingo."""
         del code
-        self.words.append(text.strip().replace("<string>", self._source))
+        words = text.strip().replace("<string>", self._source)
+        self.words.append(words.replace("<block>", self._source))
 
     def __enter__(self) -> Messages:
         return self
