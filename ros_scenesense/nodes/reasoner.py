@@ -10,7 +10,8 @@ from visualization_msgs.msg import MarkerArray
 from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
+from ros_scenesense.messages.learning import Axioms
+from ros_scenesense.messages.reasoning import Beliefs, Explanation, Knowledge, Query, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.base import StageNode
@@ -32,8 +33,17 @@ class ReasonerNode(StageNode):
             "reasoner",
             ReasonerConfiguration,
             ReasonerStage,
-            subscribes=(Scene, Relations, Objects, Labels, Goal, ActionResult),
-            publishes=(Beliefs, Estimates, Verdicts, Knowledge, Plan, Action, Transition),
+            subscribes=(Scene, Relations, Objects, Labels, Axioms, Query, Goal, ActionResult),
+            publishes=(
+                Beliefs,
+                Estimates,
+                Verdicts,
+                Knowledge,
+                Explanation,
+                Plan,
+                Action,
+                Transition,
+            ),
             **node_options,
         )
 

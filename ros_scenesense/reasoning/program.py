@@ -147,7 +147,7 @@ class Program:
             )
         description = self.description
         for identifier, text in axioms.items():
-            description = _with_axiom(description, identifier, text)
+            description = with_axiom(description, identifier, text)
         return Program.of(description)
 
     def without(self, ids: Collection[str]) -> Program:
@@ -271,7 +271,12 @@ DERIVED_RELATIONS = ("on",)
 """Relations between two objects that domains define; they tell the structures."""
 
 
-def _with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
+def with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
+    """A domain with one more state constraint or default, such as a learned one.
+
+    Raises:
+        LanguageError: If the text is broken or says something else, or the id is taken.
+    """
     check_name(identifier)
     source = f"axiom {identifier}"
     if identifier in description.ids:
