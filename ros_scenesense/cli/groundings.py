@@ -54,8 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     console.print("Examples that the metric grounding learned from", highlight=False)
     console.print(table)
     console.print(
-        f"{contents.updates} updates merged, {contents.told} statements of people, {contents.scenes} "
-        "scenes remembered; the axes of people are turned by "
+        f"{contents.updates} updates merged, {contents.told} statements of people, "
+        f"{contents.scenes} scenes remembered; the axes of people are turned by "
         f"{math.degrees(contents.memory.yaw_rad):.0f} degrees to the left of the viewer's",
         highlight=False,
         soft_wrap=True,
