@@ -18,6 +18,7 @@ from ros_scenesense.grounding.trust import (
     Model,
     TrustSettings,
     TrustState,
+    odds_for_msr,
     trust_in,
     with_feedback,
 )
@@ -132,13 +133,10 @@ class Control:
             return Model.MSR if self.trust(Model.MSR) > self.trust(Model.QSR) else Model.QSR
         if (qsr.relation, qsr.swapped) == (msr.relation, msr.swapped):
             return Model.QSR
-        return (
-            Model.MSR if self._weight(Model.MSR, msr) > self._weight(Model.QSR, qsr) else Model.QSR
-        )
-
-    def _weight(self, model: Model, word: _Word[Word]) -> float:
-        """How much speaks for a word: log odds of trust, and of how sure the grounding is."""
-        return _log_odds(self.trust(model, Kind.of(word.relation))) + _log_odds(word.confidence)
+        # By what the qualitative grounding says of a pair, that is how feedback on it is kept.
+        odds = odds_for_msr(self.state, self.settings, Kind.of(qsr.relation))
+        surer = _log_odds(msr.confidence) - _log_odds(qsr.confidence)
+        return Model.MSR if odds + _SURENESS * surer > 0.0 else Model.QSR
 
 
 Word = TypeVar("Word", Position, Distance)
@@ -224,6 +222,8 @@ def _log_odds(share: float) -> float:
 
 # Nothing is surer than this, whatever it says of itself.
 _SUREST = 0.02
+# How sure the groundings are of a pair counts so much beside how often they were right.
+_SURENESS = 0.5
 
 
 def _disagree(forward: Grounding, backward: Grounding) -> bool:

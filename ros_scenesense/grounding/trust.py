@@ -66,6 +66,8 @@ class TrustState(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Attributes:
         qsr: Agreement of the qualitative grounding by kind of relation.
         msr: The same of the metric grounding.
+        qsr_alone: By kind of relation, how often the qualitative grounding alone was right.
+        msr_alone: The same of the metric grounding.
         alarms: By kind of relation, how much speaks for a drop of agreement (log likelihood ratio).
         viewpoint: How often agreement dropped so far.
         feedback_count: Feedbacks since the start.
@@ -73,6 +75,8 @@ class TrustState(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     qsr: dict[Kind, Agreement] = {}
     msr: dict[Kind, Agreement] = {}
+    qsr_alone: dict[Kind, float] = {}
+    msr_alone: dict[Kind, float] = {}
     alarms: dict[Kind, float] = {}
     viewpoint: int = 0
     feedback_count: int = 0
@@ -112,6 +116,20 @@ def trust_in(state: TrustState, model: Model, settings: TrustSettings, kind: Kin
     return right / (sum(one.given for one in agreements) + settings.weight)
 
 
+def odds_for_msr(state: TrustState, settings: TrustSettings, kind: Kind) -> float:
+    """How much more likely the metric grounding is right where the two disagree: log odds.
+
+    From the feedback on which only one of them was right: the rest says nothing of whom to follow.
+    """
+    qsr = settings.weight * settings.qsr + state.qsr_alone.get(kind, 0.0)
+    msr = settings.weight * settings.msr + state.msr_alone.get(kind, 0.0)
+    return math.log((msr + _LEAST) / (qsr + _LEAST))
+
+
+# Also a trust of zero may be overcome.
+_LEAST = 1e-3
+
+
 def with_feedback(
     state: TrustState,
     kind: Kind,
@@ -136,14 +154,21 @@ def with_feedback(
         alarm = max(0.0, alarm + gains[right[charge]])
     is_drop = alarm >= settings.alarm
     qsr, msr = dict(state.qsr), dict(state.msr)
+    alone = {Model.QSR: dict(state.qsr_alone), Model.MSR: dict(state.msr_alone)}
     for model, table in ((Model.QSR, qsr), (Model.MSR, msr)):
         if is_drop:
             table[kind] = state.of(model, kind).faded(settings.remembered)
+            alone[model][kind] = min(alone[model].get(kind, 0.0), settings.remembered)
         if model in right:
             table[kind] = table.get(kind, Agreement()).after(right[model])
+    if len(right) == 2 and right[Model.QSR] != right[Model.MSR]:
+        winner = Model.QSR if right[Model.QSR] else Model.MSR
+        alone[winner][kind] = alone[winner].get(kind, 0.0) + 1.0
     after = TrustState(
         qsr=qsr,
         msr=msr,
+        qsr_alone=alone[Model.QSR],
+        msr_alone=alone[Model.MSR],
         alarms=state.alarms | {kind: 0.0 if is_drop else alarm},
         viewpoint=state.viewpoint + is_drop,
         feedback_count=state.feedback_count + 1,
