@@ -211,4 +211,4 @@ fall_table "What is on the table does not fall.":
 % --- The robot's task in the paper.
 
 goal reduce_clutter "Nothing is occluded, nothing unstable, and as little as can be on the table.":
-    no occluded(X), no -stable(X), fewest on(X, table).
+    no occluded(X), no -stable(X), no in_hand(R, X), fewest on(X, table).

@@ -146,3 +146,14 @@ def test_names_do_not_cover_each_other(seed):
         assert tag.top >= 0.0
         assert tag.top + tag.height <= 240.0
         assert all(tag.overlap(other) < 8.0 for key, other in tags.items() if key != name)
+
+
+def test_in_a_crowd_a_name_stands_on_its_own_object():
+    instances = np.repeat(np.repeat(np.arange(1, 10).reshape(3, 3), 60, 0), 90, 1)
+    instances = np.pad(instances, 40).astype(np.uint16)
+    outlines = {f"object_{i}": outline(instances, i) for i in range(1, 10)}
+    tag = place_tags(outlines, instances)["object_5"]
+    assert tag.left >= 130
+    assert tag.left + tag.width <= 220
+    assert tag.top >= 100
+    assert tag.top + tag.height <= 160

@@ -10,6 +10,7 @@ from ros_scenesense.errors import DatasetError
 from ros_scenesense.experiments.pcd import decompress_lzf, read_pcd
 from ros_scenesense.experiments.relation_labels import RelationLabel, write_labels
 from ros_scenesense.experiments.tosd import Split, Tosd, instances_of_annotation
+from ros_scenesense.experiments.tosd_scenes import observed_scenes
 from ros_scenesense.scene import Distance, Position
 
 BLOCKS = [
@@ -85,6 +86,40 @@ def test_labelled_scenes_come_with_what_was_said(tosd):
     assert [label.position for label in scene.labels] == [Position.LEFT, None]
     assert [label.distance for label in scene.labels] == [None, Distance.NOT_TOUCHING]
     assert list(Tosd(tosd).labelled(Split.TRAINING)) == []
+
+
+def test_labelled_scenes_become_scenes_of_the_experiment(tosd):
+    labels = [
+        RelationLabel("test2", "object_1", "object_2", "left"),
+        RelationLabel("test2", "object_2", "object_1", "not_touching"),
+        RelationLabel("test2", "object_3", "object_1", "far"),
+        RelationLabel("test2", "object_1", "object_3", "front"),
+        RelationLabel("test2", "object_2", "object_3", "touching"),
+    ]
+    write_labels(tosd / "relations.jsonl", labels)
+    (scene,) = observed_scenes(Tosd(tosd), Split.TEST, seed=0)
+    truths = {(one.first, one.second): (one.position, one.distance) for one in scene.truths}
+    assert truths == {
+        (0, 1): (Position.LEFT, Distance.NOT_TOUCHING),
+        (0, 2): (Position.FRONT, Distance.FAR),
+        (1, 2): (None, Distance.TOUCHING),
+    }
+    assert len(scene.clouds) == 3
+    assert scene.axes.name == "viewer"
+    (again,) = observed_scenes(Tosd(tosd), Split.TEST, seed=0)
+    np.testing.assert_array_equal(again.clouds[0], scene.clouds[0])
+    assert list(observed_scenes(Tosd(tosd), Split.TRAINING, seed=0)) == []
+
+
+def test_labels_of_objects_without_depth_are_left_out(tosd):
+    depth = cv2.imread(str(tosd / "disparity" / "test2.png"), cv2.IMREAD_UNCHANGED)
+    depth[FRAME.instances == 1] = 0
+    cv2.imwrite(str(tosd / "disparity" / "test2.png"), depth)
+    labels = [LEFT, RelationLabel("test2", "object_2", "object_3", "front")]
+    write_labels(tosd / "relations.jsonl", labels)
+    (scene,) = observed_scenes(Tosd(tosd), Split.TEST, seed=0)
+    assert [(one.first, one.second, one.position) for one in scene.truths] == [(0, 1, "front")]
+    assert len(scene.clouds) == 2
 
 
 def test_a_coloured_annotation_has_an_object_per_colour():

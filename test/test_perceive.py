@@ -89,6 +89,14 @@ class TestFound:
         with pytest.raises(FrameError, match="millimetres"):
             perceive(dataclasses.replace(FRAME, depth=depth))
 
+    def test_depth_that_is_mostly_holes_is_said(self):
+        rng = np.random.default_rng(0)
+        depth = np.where(rng.random(FRAME.depth.shape) < 0.8, 0.0, FRAME.depth)
+        sparse = dataclasses.replace(FRAME, depth=depth.astype(np.float32), instances=None)
+        (words,) = perceive(sparse).report.problems
+        assert words.startswith("scene frame-0000: only ")
+        assert "objects may be missed" in words
+
 
 class TestCommand:
     def test_prints_tables_and_writes_picture_and_json(self, files, capsys):
@@ -134,7 +142,7 @@ class TestCommand:
             (lambda f: f.depth.write_bytes(f.color.read_bytes()), "8 bits and 3 channels"),
             (lambda f: cv2.imwrite(str(f.depth), np.zeros((120, 160), np.uint16)), "no depth read"),
             (lambda f: cv2.imwrite(str(f.depth), np.ones((60, 80), np.uint16) * 900), "aligned"),
-            (lambda f: samples.write_depth(f.depth, FRAME, 1.0), "taken for millimetres"),
+            (lambda f: samples.write_depth(f.depth, FRAME, 1.0), "metres taken for millimetres"),
             (lambda f: samples.write_depth(f.depth, FRAME, 10.0), "(1 would fit)|metres"),
             (lambda f: f.camera.write_text("{"), "cannot be read"),
             (lambda f: f.camera.write_text("[1]"), "fx, fy, cx, cy"),
@@ -234,16 +242,40 @@ def test_what_matters_most_is_said_first_and_in_words():
         assert decision(one.stable, "stable", "unstable").startswith("stable? ")
 
 
+# A pixel (column, row) on every object that a person sees on the table, how many of these must be
+# found apart, and how many objects there may be at most.
+REAL = {
+    "uoc/000000": (
+        "73,309 174,263 204,196 282,110 343,116 300,251 233,330 422,334 496,245 542,373",
+        10,
+        11,
+    ),
+    "uoc/000004": ("240,130 245,290 430,180 470,280", 4, 4),
+    "osd/learn6": ("255,270 190,215", 2, 2),
+    "osd/test64": (
+        "125,220 165,147 239,177 177,312 297,361 239,245 343,282 282,199 304,153 349,150 398,177 "
+        "346,202 441,214 474,288 520,165 551,245",
+        12,
+        17,
+    ),
+}
+
+
 @pytest.mark.skipif(not SAMPLES.is_dir(), reason="the real sample frames are not here")
-@pytest.mark.parametrize(("name", "fewest"), [("uoc/000000", 9), ("osd/learn6", 2)])
-def test_real_frames_are_perceived(tmp_path, name, fewest):
+@pytest.mark.parametrize("name", list(REAL))
+def test_objects_in_real_frames_are_found_apart(tmp_path, name):
+    pixels, least, most = REAL[name]
     camera = SAMPLES / "uoc" / "camera_params.json"
     if name.startswith("osd"):
         camera = tmp_path / "kinect.json"
         camera.write_text('{"fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5}')
     color, depth = (SAMPLES / f"{name}-{kind}.png" for kind in ("color", "depth"))
-    report = perceive(read_frame(color, depth, camera)).report
-    located = [one for one in report.objects if one.box is not None]
-    assert len(located) >= fewest
-    assert all(max(one.box.size) < 0.5 for one in located)
+    found = perceive(read_frame(color, depth, camera))
+    places = [tuple(map(int, pixel.split(","))) for pixel in pixels.split()]
+    ids = [int(found.instances[row, column]) for column, row in places]
+    assert len(set(ids) - {0}) >= least, ids
+    report = found.report
+    assert len(report.objects) <= most
+    assert all(one.box is not None and max(one.box.size) < 0.6 for one in report.objects)
     assert {one.name for one in report.decisions} == {one.name for one in report.objects}
+    assert any(one.stable.value is not None for one in report.decisions)

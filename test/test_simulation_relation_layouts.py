@@ -18,7 +18,8 @@ from ros_scenesense.simulation.catalogue import Catalogue, load_catalogue
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
 from ros_scenesense.simulation.object_files import Color
 from ros_scenesense.simulation.rooms import measure_room
-from ros_scenesense.simulation.world import TABLE_EDGE_M, World
+from ros_scenesense.simulation.table import TABLE_EDGE_M
+from ros_scenesense.simulation.world import World
 
 CATALOGUE = load_catalogue()
 CONTAINERS = ["mug", "pitcher", "open_box", "tray"]

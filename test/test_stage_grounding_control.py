@@ -1,5 +1,6 @@
 """The control stage: trust at the start, relations per scene, repeats and bad pairs."""
 
+import msgspec
 import pytest
 
 from ros_scenesense.errors import ParameterError
@@ -143,3 +144,25 @@ def test_the_largest_scene_with_the_longest_names_fits_its_topic():
 def test_trust_is_a_probability():
     with pytest.raises(ParameterError, match="trust_msr"):
         control(trust_msr=1.5)
+
+
+def test_directions_of_the_viewer_go_with_those_of_turned_axes():
+    def turned(first: str, second: str, position: Position, viewed: Position | None):
+        return msgspec.structs.replace(pair(first, second, position), viewer_position=viewed)
+
+    relations, *_ = control().handle(
+        groundings(
+            turned("a", "b", Position.LEFT, Position.BEHIND),
+            turned("a", "c", Position.ABOVE, Position.BEHIND),
+            turned("b", "c", Position.LEFT, Position.ABOVE),
+            turned("c", "d", Position.FRONT, None),
+        ),
+        50,
+    )
+    found = {(one.object, one.reference): one.viewer_position for one in relations.relations}
+    assert found == {
+        ("a", "b"): Position.BEHIND,
+        ("a", "c"): None,
+        ("b", "c"): None,
+        ("c", "d"): None,
+    }

@@ -1,6 +1,7 @@
 """The grounding engine on rendered blocks: what is where, and what cannot be known."""
 
 import dataclasses
+import math
 
 import msgspec
 import numpy as np
@@ -8,9 +9,17 @@ import pytest
 from box_scenes import Block, render, scene_of
 
 from ros_scenesense.errors import FrameError
-from ros_scenesense.geometry import look_at, transform_points
+from ros_scenesense.geometry import Pose, look_at, transform_points
+from ros_scenesense.grounding.memory import GroundingMemory
+from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.codec import decode, encode
-from ros_scenesense.messages.grounding import Groundings, Objects
+from ros_scenesense.messages.grounding import (
+    Grounding,
+    Groundings,
+    MsrSample,
+    Objects,
+    PairGrounding,
+)
 from ros_scenesense.messages.scenes import KnownObject
 from ros_scenesense.parameters import build
 from ros_scenesense.scene import Distance, NamingFrame, Position, Size, Surface
@@ -20,6 +29,7 @@ from ros_scenesense.stages.grounding_engine import (
     GroundingEngine,
     GroundingResult,
 )
+from ros_scenesense.stages.pair_grounding import Learned
 
 CAMERA = look_at((-0.8, 0.0, 0.45), (0.0, 0.0, 0.05))  # looks along x: right is -y in the world
 MIDDLE = Block("middle", (0.0, 0.0, 0.0))
@@ -261,3 +271,120 @@ def test_a_frame_without_instances_is_an_error():
     frame = dataclasses.replace(render(AROUND), instances=None)
     with pytest.raises(FrameError, match="camera/instances"):
         engine().ground(frame, scene_of(AROUND))
+
+
+def taught() -> GroundingMemory:
+    """What is learned from a scene of blocks around a block, all named by the QSR."""
+    memory = GroundingMemory()
+    result = engine().ground(render(AROUND), scene_of(AROUND))
+    for (object, reference), grounding in said(result).items():
+        for relation in (grounding.position, grounding.distance):
+            lesson = MsrSample(
+                scene_id="s-0000",
+                object=object,
+                reference=reference,
+                relation=relation.value,
+                source="qsr",
+            )
+            memory.learn([result.record.example(lesson)])
+    return memory
+
+
+def test_what_was_learned_grounds_every_pair_beside_the_fixed_model():
+    before = engine().ground(render(AROUND), scene_of(AROUND))
+    assert {pair.msr for pair in before.groundings.pairs} == {None}
+    assert before.groundings.applied_update == 0
+    learned = Learned(taught(), applied=7)
+    after = engine().ground(render(AROUND), scene_of(AROUND), learned)
+    assert after.groundings.applied_update == 7
+    agree = [
+        pair.qsr.position is pair.msr.position and pair.qsr.distance is pair.msr.distance
+        for pair in after.groundings.pairs
+        if pair.object == "middle" or pair.reference == "middle"
+    ]
+    assert agree == [True] * 10
+    assert all(0.5 <= pair.msr.position_confidence <= 1.0 for pair in after.groundings.pairs)
+    assert [pair.qsr for pair in after.groundings.pairs] == list(said(before).values())
+
+
+def test_what_is_learned_counts_before_a_scene_without_depth_too():
+    frame = dataclasses.replace(render(AROUND), depth=np.zeros((120, 160), np.float32))
+    result = engine().ground(frame, scene_of(AROUND), Learned(GroundingMemory(), applied=3))
+    assert result.groundings.applied_update == 3
+    assert result.record is None
+
+
+def seen_from(yaw_deg: float) -> Pose:
+    """A camera that looks at the middle, turned about it to the left by an angle."""
+    yaw = math.radians(yaw_deg)
+    return look_at((-0.8 * math.cos(yaw), -0.8 * math.sin(yaw), 0.45), (0.0, 0.0, 0.05))
+
+
+@pytest.mark.parametrize("yaw_deg", [0.0, 40.0, -40.0, 90.0])
+def test_left_and_right_of_the_robot_stay_when_the_camera_moves(yaw_deg):
+    pose = seen_from(yaw_deg)
+    frame, scene = render(AROUND, camera=pose), scene_of(AROUND, pose=pose)
+    by_robot = engine(naming_frame="robot").ground(frame, scene)
+    by_viewer = engine().ground(frame, scene)
+    assert by_robot.groundings.naming_frame is NamingFrame.ROBOT
+    turned = math.degrees(by_robot.groundings.viewpoint_yaw) + yaw_deg
+    assert math.remainder(turned, 360.0) == pytest.approx(0.0, abs=2.0)
+    for name in ("right", "left", "front", "behind", "above"):
+        assert said(by_robot)[name, "middle"].position == name
+    for pair in by_robot.groundings.pairs:
+        viewed = said(by_viewer)[pair.object, pair.reference]
+        assert pair.viewer_position is viewed.position
+        assert pair.qsr.distance is viewed.distance
+    assert {pair.viewer_position for pair in by_viewer.groundings.pairs} == {None}
+
+
+def test_the_robots_directions_need_the_camera_pose_and_it_is_said():
+    result = engine(naming_frame="robot").ground(render(AROUND), scene_of(AROUND))
+    assert result.groundings.naming_frame is NamingFrame.VIEWER
+    ((kind, words),) = result.problems
+    assert kind == "naming_frame"
+    assert "publish camera_pose in scene" in words
+
+
+def test_axes_that_peoples_words_turned_name_the_relations():
+    pose = seen_from(40.0)
+    memory = GroundingMemory()
+    memory.viewpoint.yaw_rad = math.radians(-40.0)
+    result = engine().ground(render(AROUND, camera=pose), scene_of(AROUND), Learned(memory))
+    assert result.groundings.naming_frame is NamingFrame.ROBOT
+    assert result.groundings.viewpoint_yaw == pytest.approx(math.radians(-40.0))
+    for name in ("right", "left", "front", "behind", "above"):
+        assert said(result)[name, "middle"].position == name
+
+
+def test_the_largest_groundings_of_both_models_fit_their_topic():
+    # JSON writes a control character in six bytes: no names are longer.
+    names = ["\x01" * 62 + f"{number:02d}" for number in range(40)]
+    longest = Grounding(
+        position=Position.BEHIND,
+        position_confidence=0.12345678901234567,
+        distance=Distance.NOT_TOUCHING,
+        distance_confidence=0.12345678901234567,
+    )
+    pairs = [
+        PairGrounding(
+            object=first,
+            reference=second,
+            qsr=longest,
+            msr=longest,
+            viewer_position=Position.BEHIND,
+        )
+        for first in names
+        for second in names
+        if first != second
+    ]
+    encode(
+        Groundings(
+            stamp=Stamp.of(2**60),
+            scene_id="\x01" * 128,
+            naming_frame=NamingFrame.VIEWER,
+            pairs=pairs,
+            viewpoint_yaw=0.12345678901234567,
+            applied_update=2**53 - 1,
+        )
+    )

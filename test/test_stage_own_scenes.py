@@ -110,6 +110,16 @@ class TestChoice:
             own.take(second * SECOND)
         assert health.counters["scenes_minted"] == health.counters["repeated"] == 1
 
+    def test_when_time_begins_anew_frames_are_taken_as_before(self):
+        own, _ = own_scenes(rate_hz=1.0)
+        own.offer(frame_at(1), 500 * SECOND)
+        assert own.take(500 * SECOND)
+        scene_id = own.ask(500 * SECOND)
+        own.offer(frame_at(2), 10 * SECOND)
+        assert own.take(10 * SECOND)[1].scene_id == scene_id
+        own.offer(frame_at(3), 11 * SECOND)
+        assert own.take(11 * SECOND)
+
     def test_questions_without_frames_are_given_up_aloud_and_bounded(self):
         own, health = own_scenes()
         asked = [own.ask(0) for _ in range(20)]

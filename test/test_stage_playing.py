@@ -120,7 +120,7 @@ def test_scene_show_draws_a_recorded_scene_and_lists_it(
     assert cli.main(["scene", "show", str(dataset), "--index", "1", "--out", str(out)]) == 0
     picture = cv2.imread(str(out))
     assert picture is not None
-    assert picture.shape == (3 * 72, 3 * 96, 3)
+    assert picture.shape == (10 * 72, 10 * 96, 3)
     said = capsys.readouterr().out
     scene = DatasetReader(dataset)[1]
     for known in scene.objects:

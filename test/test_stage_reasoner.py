@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Sequence
 from typing import TypeVar
 
+import msgspec
 import pytest
 
 from ros_scenesense.errors import ParameterError, ReasoningError
@@ -419,6 +420,21 @@ def test_relations_in_the_robot_frame_say_nothing_of_occlusion() -> None:
     assert {occluded for _, occluded in statuses.values()} == {DecisionStatus.UNDECIDED}
     assert {stable for stable, _ in statuses.values()} == {DecisionStatus.STRICT}
     assert "viewer" in problems(reasoner)["relations_in_robot_frame"]
+
+
+def test_directions_as_the_viewer_sees_them_say_what_hides_what() -> None:
+    of_the_viewer = feed(stage(), *TOWER)
+    turned = [
+        msgspec.structs.replace(each, position=Position.RIGHT, viewer_position=each.position)
+        if each.position is not Position.BELOW
+        else each
+        for each in TOWER[2].relations
+    ]
+    reasoner = stage()
+    robot = relations(*turned, frame=NamingFrame.ROBOT)
+    outgoing = feed(reasoner, TOWER[0], TOWER[1], robot)
+    assert status_of(one(outgoing, Beliefs)) == status_of(one(of_the_viewer, Beliefs))
+    assert not problems(reasoner)
 
 
 SLOW = """

@@ -15,11 +15,13 @@ COMMANDS = {
     "demo": "run the whole graph on simulated scenes and write a report",
     "launch": "start the nodes and keep them running",
     "feedback": "tell the running graph how two objects are related",
+    "groundings": "draw what prepositions mean to the robot, as it learned",
     "params": "list the parameters of all nodes, or make a params file",
     "dataset": "make, verify, count and show datasets of simulated scenes",
     "scene": "draw one scene and list what is known of it",
     "perceive": "find objects, relations and decisions in one real RGB-D frame",
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
+    "plan": "find the actions that lead from a scene to a goal",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from ros_scenesense.simulation.engine import SimulatedScene
 
 
-def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
+def add_scene_arguments(parser: argparse.ArgumentParser, required: bool = True) -> None:
     """Declares `--scene` and `--index`."""
     parser.add_argument(
         "--scene",
         type=Path,
         metavar="FILE",
-        required=True,
+        required=required,
         help="a description (objects, relations), the recorded messages of a scene, a scene file "
         "of the simulation, or the folder of a dataset",
     )

@@ -281,11 +281,6 @@ class Checker:
             sorts[variable] = sorts_of(variable, heads, premises, self._signature)
             where = next(each.place for each in occurring if each == variable) or place
             words = self._problem_of(variable, sorts[variable], heads, premises, local)
-            if variable in local and occurring.count(variable) > 1:
-                words = (
-                    f"{variable} occurs twice, and only in one condition with 'not'; expected a "
-                    "fluent defined for it, or a condition that says which values it has"
-                )
             if words:
                 self._problems.add(where, words)
                 sound = False

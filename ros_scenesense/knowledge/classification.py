@@ -160,11 +160,11 @@ class _Translation:
         self, condition: Condition, local: Collection[Variable], scenes: Scenes, possible: bool
     ) -> str:
         if not isinstance(condition, Belief) or self._estimated(condition.literal):
-            return condition_text(condition, self._believed, local)
+            return condition_text(condition, self._believed, local, self._signature)
         atom = atom_text(condition.literal.atom, local)
         if not condition.literal.positive:
             # What is false is never more than known to be false, so the program is stratified.
-            return condition_text(condition, self._believed, local)
+            return condition_text(condition, self._believed, local, self._signature)
         if condition.negated:
             # Possible is what is not known to fail, so here the literal itself must be known.
             certain = scenes is Scenes.COMPLETE or possible

@@ -34,8 +34,12 @@ from ros_scenesense.knowledge.terms import (
 from ros_scenesense.knowledge.trees import plain_term
 
 RESERVED = frozenset(
-    ["applied", "axiom", "enabled", "exception", "fluent", "goal", "holds", "hpd", "neg", "obs"]
-) | frozenset(["occurs", "pos", "query", "something_happened", "step", "success", "surveyed"])
+    (
+        *("action", "applied", "assumed", "axiom", "enabled", "exception", "fluent", "goal"),
+        *("holds", "hpd", "neg", "obs", "occurs", "pos", "query", "restore", "step", "steps"),
+        *("something_happened", "success", "surveyed", "unknown"),
+    )
+)
 """Names that the translations use for themselves."""
 
 

@@ -10,9 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 from ros_scenesense.knowledge.axioms import Axiom
-from ros_scenesense.knowledge.literals import Atom, Belief, Comparison, Condition, Literal
+from ros_scenesense.knowledge.literals import (
+    Atom,
+    Belief,
+    Comparison,
+    Condition,
+    Literal,
+    variables_of,
+)
 from ros_scenesense.knowledge.signature import Signature
-from ros_scenesense.knowledge.sorting import Guard, guards, local_variables
+from ros_scenesense.knowledge.sorting import Guard, guards, local_variables, sorts_of
 from ros_scenesense.knowledge.terms import Arithmetic, Record, Term, Variable
 
 Dialect = Callable[[Literal, str], str]
@@ -54,16 +61,34 @@ def guard_text(guard: Guard) -> str:
     return f"{guard.sort}({term_text(guard.term)})"
 
 
-def condition_text(condition: Condition, dialect: Dialect, local: Collection[Variable]) -> str:
+def condition_text(
+    condition: Condition, dialect: Dialect, local: Collection[Variable], signature: Signature
+) -> str:
     """A condition of a body."""
     if isinstance(condition, Belief):
-        believed = dialect(condition.literal, atom_text(condition.literal.atom, local))
-        return f"not {believed}" if condition.negated else believed
+        return _belief_text(condition, dialect, local, signature)
     if isinstance(condition, Comparison):
         left, right = term_text(condition.left), term_text(condition.right)
         return f"{left} {condition.operator} {right}"
     member = guard_text(Guard(condition.sort, condition.term))
     return f"not {member}" if condition.negated else member
+
+
+def _belief_text(
+    belief: Belief, dialect: Dialect, local: Collection[Variable], signature: Signature
+) -> str:
+    literal = belief.literal
+    own = [each for each in variables_of(literal) if each in local]
+    if not own or (literal.positive and len(own) == len(set(own))):
+        believed = dialect(literal, atom_text(literal.atom, local))
+        return f"not {believed}" if belief.negated else believed
+    # clingo has no `_` in what is negated twice, and no two that are the same.
+    guarded = ", ".join(
+        f"{sort}({variable})"
+        for variable in dict.fromkeys(own)
+        for sort in sorts_of(variable, (), (belief,), signature)
+    )
+    return f"not {dialect(literal, atom_text(literal.atom))} : {guarded}"
 
 
 def body_texts(axiom: Axiom, signature: Signature, dialect: Dialect) -> list[str]:
@@ -72,7 +97,7 @@ def body_texts(axiom: Axiom, signature: Signature, dialect: Dialect) -> list[str
     The premises of a causal law begin with its action; the dialect says how an action occurs.
     """
     local = local_variables(axiom.conclusions, axiom.premises)
-    premises = [condition_text(each, dialect, local) for each in axiom.premises]
+    premises = [condition_text(each, dialect, local, signature) for each in axiom.premises]
     return [*premises, *map(guard_text, guards(axiom, signature))]
 
 
@@ -82,7 +107,8 @@ def rule_text(head: str, body: Iterable[str] = ()) -> str:
     if not parts:
         return f"{head}."
     start = f"{head} :-" if head else ":-"
-    line = f"{start} {', '.join(parts)}."
+    parts = [*(part + _separator(part) for part in parts[:-1]), f"{parts[-1]}."]
+    line = " ".join((start, *parts))
     if len(line) <= WIDTH:
         return line
     return "\n".join((start, *_wrapped(parts)))
@@ -112,10 +138,14 @@ def _applied(name: str, arguments: Sequence[Term], local: Collection[Variable]) 
 
 def _wrapped(parts: Sequence[str]) -> Iterator[str]:
     line = "   "
-    for index, part in enumerate(parts):
-        text = f" {part}{',' if index + 1 < len(parts) else '.'}"
-        if len(line) + len(text) > WIDTH and line.strip():
+    for part in parts:
+        if len(line) + 1 + len(part) > WIDTH and line.strip():
             yield line
             line = "   "
-        line += text
+        line += f" {part}"
     yield line
+
+
+def _separator(part: str) -> str:
+    """What follows a part of a body: a comma would go on with the condition of a literal."""
+    return ";" if " : " in part else ","

@@ -80,12 +80,16 @@ class Grounding(Part, frozen=True):
 
 
 class PairGrounding(Part, frozen=True):
-    """Both models about `object` with respect to `reference`; None = the model says nothing."""
+    """Both models about `object` with respect to `reference`; None = the model says nothing.
+
+    `viewer_position`: what the QSR says along the viewer's axes, if the naming axes are turned.
+    """
 
     object: Name
     reference: Name
     qsr: Grounding | None = None
     msr: Grounding | None = None
+    viewer_position: Position | None = None
 
 
 class Groundings(SceneMessage, frozen=True, tag="groundings/1"):
@@ -135,6 +139,8 @@ class Relation(Part, frozen=True):
 
     Directed as `object` with respect to `reference`. `in` puts the contained object first, every
     other pair stands in the order of the objects' names; axioms infer the converse.
+    `viewer_position`: where a viewer would say it is, if the naming frame is not the viewer's and
+    the direction is one on the table; who hides whom depends on it.
     """
 
     object: Name
@@ -145,6 +151,7 @@ class Relation(Part, frozen=True):
     distance: Distance
     distance_confidence: Probability
     distance_source: RelationSource
+    viewer_position: Position | None = None
 
 
 class Relations(SceneMessage, frozen=True, tag="relations/1"):

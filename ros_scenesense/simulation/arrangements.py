@@ -85,6 +85,7 @@ def draw_layout(
     index: int,
     view_yaw_rad: float,
     rng: np.random.Generator,
+    stacked: int | None = None,
 ) -> Layout:
     """Draws a layout.
 
@@ -94,6 +95,8 @@ def draw_layout(
         index: Number of the scene, which decides for `mixed`.
         view_yaw_rad: Direction in which the viewer will look, about up.
         rng: Source of all randomness.
+        stacked: Number of objects in the stack of a tower or an intersection; None, or what
+            cannot be, = any.
     """
     if arrangement is Arrangement.MIXED:
         arrangement = _IN_TURN[index % len(_IN_TURN)]
@@ -103,14 +106,14 @@ def draw_layout(
         from ros_scenesense.simulation.relation_layouts import draw_relations
 
         return draw_relations(catalogue, colors, view_yaw_rad, rng)
-    stacked, alone = 0, 0
+    alone = 0
     if arrangement is Arrangement.TOWERS:
-        stacked = int(rng.integers(2, len(colors) + 1))
+        stacked = _stacked(stacked, len(colors), rng)
     elif arrangement is Arrangement.INTERSECTION:
-        stacked = int(rng.integers(2, len(colors)))
+        stacked = _stacked(stacked, len(colors) - 1, rng)
         alone = int(rng.integers(1, min(3, len(colors) - stacked) + 1))
     else:
-        alone = len(colors)
+        stacked, alone = 0, len(colors)
     structures = [_draw_stack(catalogue, colors[:stacked], rng)] if stacked else []
     for color in colors[stacked : stacked + alone]:
         item = draw_item(catalogue, color, rng)
@@ -187,6 +190,13 @@ _LOWER_BEHIND_SHARE = 0.65
 _LEAST_GAP_M = 0.02
 
 _SIZE_RANK = {Size.LARGE: 0, Size.MEDIUM: 1, Size.SMALL: 2}
+
+
+def _stacked(asked: int | None, most: int, rng: np.random.Generator) -> int:
+    possible = range(2, most + 1)
+    if asked is not None and asked in possible:
+        return asked
+    return int(rng.integers(possible.start, possible.stop))
 
 
 def _draw_yaw(rng: np.random.Generator) -> float:

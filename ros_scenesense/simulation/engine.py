@@ -25,6 +25,7 @@ from ros_scenesense.simulation.occlusion import Hiding, occlusion, visibilities
 from ros_scenesense.simulation.relations import ExactRelation, exact_relations, naming_axes
 from ros_scenesense.simulation.scene_files import SceneFile
 from ros_scenesense.simulation.stability import (
+    StandingTest,
     judged,
     repetitions,
     stability,
@@ -112,6 +113,7 @@ class SimulationEngine:
     def __init__(self, configuration: SimulationConfiguration) -> None:
         from ros_scenesense.simulation.camera import Camera
         from ros_scenesense.simulation.catalogue import load_catalogue
+        from ros_scenesense.simulation.statics import Statics
         from ros_scenesense.simulation.survey import Surveyor
         from ros_scenesense.simulation.world import World
 
@@ -124,6 +126,8 @@ class SimulationEngine:
         self._world = World(self._catalogue)
         self._camera = Camera(self._world, self._intrinsics, configuration.shadows)
         self._surveyor = Surveyor(self._world)
+        self._standing = StandingTest(self._world)
+        self._statics = Statics(self._catalogue)
 
     def scene(self, seed: int, index: int, wish: Wish = ANY) -> SimulatedScene:
         """Makes one scene. The same (configuration, seed, index, wish) always gives the same scene.
@@ -146,7 +150,7 @@ class SimulationEngine:
         built = 0
         for attempt in range(_DRAWS):
             draft = self._draw(seed, index, attempt, wish)
-            if not wish.fits(draft.layout):
+            if not wish.may_fit(draft.layout, self._statics):
                 continue
             scene = self._attempt(seed, index, attempt, draft, wish)
             if scene is not None:
@@ -188,15 +192,17 @@ class SimulationEngine:
         self, seed: int, index: int, attempt: int, draft: Draft, wish: Wish
     ) -> SimulatedScene | None:
         """The scene of a draft; None if it is not as wished or something in it is not seen."""
+        alone = self._moved_alone(draft.layout)
         self._world.build(draft.layout.pieces, draft.layout.pushed)
         pose, light = self._aim(draft, _rng(seed, index, "camera", attempt))
-        if not self._may_see_everything(pose):
+        # In a single stack nobody hides the others.
+        if len(structures_of(draft.layout)) > 1 and not self._may_see_everything(pose):
             return None
-        stable = self._label(draft, wish, _rng(seed, index, "jitter", attempt))
+        stable = self._label(draft, alone, wish, _rng(seed, index, "jitter", attempt))
         if stable is None:
             return None
         picture = self._camera.picture(pose, light)
-        if not self._sees_everything(picture.bodies, _LEAST_SHARE):
+        if not self._sees_everything(picture.bodies, _LEAST_SHARE * picture.bodies.size):
             return None
         appearance = draw_appearance(
             [piece.name for piece in draft.layout.pieces],
@@ -212,13 +218,26 @@ class SimulationEngine:
         yaw = math.radians(self._configuration.yaw_deg) * side
         arrangement = wish.arrangement or Arrangement(self._configuration.arrangement)
         rng = _rng(seed, index, "layout", attempt)
-        layout = draw_layout(self._catalogue, arrangement, index, yaw, rng)
+        layout = draw_layout(self._catalogue, arrangement, index, yaw, rng, wish.stacked)
         return Draft(layout, yaw)
 
-    def _label(self, draft: Draft, wish: Wish, rng: np.random.Generator) -> dict[str, Truth] | None:
+    def _moved_alone(self, layout: Layout) -> dict[str, bool]:
+        """By name, whether what is a structure by itself moves; before the layout is built."""
+        items = {piece.name: piece.item for piece in layout.pieces}
+        return {
+            members[0]: not self._standing.stays(items[members[0]])
+            for members in structures_of(layout)
+            if len(members) == 1
+        }
+
+    def _label(
+        self, draft: Draft, alone: dict[str, bool], wish: Wish, rng: np.random.Generator
+    ) -> dict[str, Truth] | None:
         """Stability of the bodies as built, which stand there again; None if not as wished."""
         moved: list[dict[str, bool]] = []
-        for one in repetitions(self._world, structures_of(draft.layout), rng):
+        stacks = [members for members in structures_of(draft.layout) if len(members) > 1]
+        for tested in repetitions(self._world, stacks, rng):
+            one = alone | tested
             if not wish.may_come_true(draft.layout, one):
                 return None
             moved.append(one)
@@ -248,15 +267,14 @@ class SimulationEngine:
     def _may_see_everything(self, pose: Pose) -> bool:
         """A glance, much cheaper than the stability test and the picture that it may save."""
         glance = self._camera.bodies(pose, scale=_GLANCE_SCALE)
-        return self._sees_everything(glance, _LEAST_SHARE / 2.0)
+        return self._sees_everything(glance, 1.0)
 
-    def _sees_everything(self, ids: npt.NDArray[np.int32], least_share: float) -> bool:
-        least_pixels = least_share * ids.size
+    def _sees_everything(self, ids: npt.NDArray[np.int32], least_pixels: float) -> bool:
         return all(np.count_nonzero(ids == body.id) >= least_pixels for body in self._world.bodies)
 
     def _scene(self, draft: Draft, shot: Shot, stable: dict[str, Truth]) -> SimulatedScene:
         layout = draft.layout
-        seen = visibilities(self._world, self._camera, shot.pose, layout, shot.picture.bodies)
+        seen = visibilities(self._world, self._camera, shot.pose, layout, shot.picture)
         return SimulatedScene(
             frame=self._frame(shot),
             objects=[_known(number, piece) for number, piece in enumerate(layout.pieces, 1)],
@@ -324,7 +342,7 @@ class Shot:
 # An object of which less than this share of the image is seen is as good as not there.
 _LEAST_SHARE = 0.0005
 # The glance before the picture is so many times smaller in both directions.
-_GLANCE_SCALE = 2
+_GLANCE_SCALE = 4
 # Drawing costs little, building and physics much: a rare wish may take hundreds of attempts.
 _DRAWS = 20000
 _ATTEMPTS = 1000

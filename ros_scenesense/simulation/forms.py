@@ -42,6 +42,11 @@ class Form:
     parts: tuple[Float, ...] = ()
     inertia: Float | None = None
 
+    @property
+    def convex_parts(self) -> tuple[Float, ...]:
+        """Corners (V, 3) of the convex parts that it is made of."""
+        return self.parts or (self.mesh.vertices,)
+
 
 @dataclass(frozen=True)
 class Measures:

@@ -6,7 +6,7 @@ an object carries covers its top, not its front, and is therefore not counted as
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,9 +20,11 @@ from ros_scenesense.scene import Truth
 from ros_scenesense.simulation.arrangements import Layout
 
 if TYPE_CHECKING:
-    from ros_scenesense.simulation.camera import Camera
+    from ros_scenesense.simulation.camera import Camera, Picture, Window
     from ros_scenesense.simulation.world import World
 
+# What borders on something and is so much farther away is behind it.
+_BEHIND_M = 0.02
 OCCLUDED_BELOW = 0.90
 NOT_OCCLUDED_FROM = 0.97
 
@@ -50,7 +52,7 @@ class Visibility:
 
 
 def visibilities(
-    world: World, camera: Camera, pose: Pose, layout: Layout, bodies: npt.NDArray[np.int32]
+    world: World, camera: Camera, pose: Pose, layout: Layout, picture: Picture
 ) -> list[Visibility]:
     """How much is seen of every piece of the layout.
 
@@ -59,34 +61,46 @@ def visibilities(
         camera: Takes the pictures.
         pose: Of the camera.
         layout: What stands in the world.
-        bodies: (H, W) Bullet ids as seen from the pose.
+        picture: What is seen from the pose.
     """
     names = {body.id: body.piece.name for body in world.bodies}
+    corners = world.corners().reshape(-1, 8, 3)
     found = []
     for body, load in zip(world.bodies, _loads(layout), strict=True):
-        others = [number for number, name in names.items() if name not in load]
-        if not _borders(bodies, body.id, set(names) - set(others), others):
+        carried = np.array([name in load for name in names.values()])
+        window = camera.window(pose, corners[carried].reshape(-1, 3))
+        mine = np.isin(picture.bodies[window.part], np.array(list(names))[carried])
+        if not _may_be_hidden(picture, window, body.id, mine):
             found.append(Visibility(1.0, ()))
             continue
         world.show_only(load)
-        unhidden = camera.bodies(pose) == body.id
-        found.append(_visibility(body.id, bodies[unhidden], names))
+        # Where the whole picture shows nothing nothing hides: an edge was rounded otherwise.
+        seen = picture.bodies[window.part]
+        unhidden = (camera.bodies(pose, window=window) == body.id) & (seen >= 0)
+        found.append(_visibility(body.id, seen[unhidden], names))
     world.reset()
     return found
 
 
-def _borders(
-    bodies: npt.NDArray[np.int32], body: int, load: Collection[int], others: Collection[int]
+def _may_be_hidden(
+    picture: Picture, window: Window, body: int, mine: npt.NDArray[np.bool_]
 ) -> bool:
-    """Whether a body may be hidden: it is not seen at all, or it or its load borders on another.
+    """Whether something may hide a body: it is not seen at all, or a border says so.
 
-    A body and what it carries touch, so what hides a part of them borders on what is seen of them.
+    A body and what it carries touch, so what hides a part of them borders on what is seen of them,
+    and there it is nearer.
+
+    Args:
+        picture: What is seen.
+        window: In which the body and what it carries lie.
+        body: Bullet's id.
+        mine: (H, W) where in the window it or what it carries is seen.
     """
+    bodies, depth = picture.bodies[window.part], picture.depth[window.part]
     if not np.any(bodies == body):
         return True
-    seen = np.isin(bodies, list(load)).astype(np.uint8)
-    around = cv2.dilate(seen, np.ones((3, 3), np.uint8)) > seen
-    return bool(np.isin(bodies[around], list(others)).any())
+    reach = cv2.dilate(np.where(mine, depth, np.float32(0.0)), np.ones((3, 3), np.uint8))
+    return bool(np.any((bodies >= 0) & ~mine & (reach > 0.0) & (depth < reach + _BEHIND_M)))
 
 
 def _visibility(body: int, seen: npt.NDArray[np.int32], names: Mapping[int, str]) -> Visibility:

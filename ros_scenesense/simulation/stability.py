@@ -2,7 +2,8 @@
 
 Judged structure by structure: for the test the structures stand far apart, so that a bystander
 that would be hit by somebody else's fall keeps its own label. Repeated with small displacements;
-where the repetitions disagree, the label is ambiguous.
+where the repetitions disagree, the label is ambiguous. What stands upright on the table and carries
+nothing behaves the same wherever it stands and is displaced to: it is tested once for its kind.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.scene import Truth, structure_truth
+from ros_scenesense.simulation.arrangements import Piece
 
 if TYPE_CHECKING:
+    from ros_scenesense.simulation.catalogue import CatalogueItem
     from ros_scenesense.simulation.world import World
 
 UNSTABLE_DISPLACEMENT_M = 0.02
@@ -46,15 +49,46 @@ def repetitions(
 ) -> Iterator[dict[str, bool]]:
     """Runs the repetitions of the test of `stability`, each when it is asked for.
 
+    Args:
+        world: The world as built.
+        structures: Names of the members of each structure that is tested; the other bodies are
+            out of the way.
+        rng: Source of the displacements.
+
     Yields:
         By name, whether the body moved in this repetition.
     """
-    apart = _apart(world, structures)
+    number = {name: i for i, members in enumerate(structures) for name in members}
+    tested = np.array([body.piece.name in number for body in world.bodies], dtype=np.bool_)
+    apart = _apart(world, number)
     for repetition in range(REPETITIONS):
         angles = rng.uniform(-np.pi, np.pi, len(world.bodies))
         jitter = JITTER_M * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
-        moved = _moved(world, apart + (jitter if repetition else 0.0))
-        yield {body.piece.name: bool(one) for body, one in zip(world.bodies, moved, strict=True)}
+        moved = _moved(world, apart + (jitter if repetition else 0.0), tested)
+        names = (body.piece.name for body in world.bodies)
+        yield {
+            name: bool(one) for name, one, there in zip(names, moved, tested, strict=True) if there
+        }
+
+
+class StandingTest:
+    """Which kinds of objects stay where they are put on the table, with nothing on them.
+
+    Args:
+        world: Where kinds are tested that were not seen before.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._stays: dict[CatalogueItem, bool] = {}
+
+    def stays(self, item: CatalogueItem) -> bool:
+        """Whether an object of this kind stays; the bodies of the world may be gone afterwards."""
+        if item not in self._stays:
+            self._world.build([Piece(item, item.colors[0], 0.0, 0.0, 0.0)])
+            self._stays[item] = not _moved(self._world, np.zeros((1, 3)), np.array([True]))[0]
+            self._world.clear()
+        return self._stays[item]
 
 
 def judged(moved: Sequence[Mapping[str, bool]]) -> dict[str, Truth]:
@@ -70,6 +104,7 @@ def structure_stability(members: Iterable[str], stable: Mapping[str, Truth]) -> 
 
 
 _APART_M = 2.0
+_ASIDE_M = -100.0
 _STEPS = 480
 _CHECK_STEPS = 12
 # From here on a body that stands still is taken to stay; one that has moved this far has fallen.
@@ -78,16 +113,27 @@ _REST_SPEED_M_S = 0.004
 _FALLEN_M = 0.06
 
 
-def _apart(world: World, structures: Sequence[tuple[str, ...]]) -> npt.NDArray[np.float64]:
-    """Shift (N, 3) of every body that puts the structures side by side, far from each other."""
-    number = {name: i for i, members in enumerate(structures) for name in members}
+def _apart(world: World, number: Mapping[str, int]) -> npt.NDArray[np.float64]:
+    """Shift (N, 3) of every body that puts the numbered structures side by side, far apart.
+
+    What is of none of them falls freely, far below.
+    """
     shifts = np.zeros((len(world.bodies), 3))
-    shifts[:, 1] = [_APART_M * number[body.piece.name] for body in world.bodies]
+    for shift, body in zip(shifts, world.bodies, strict=True):
+        place = number.get(body.piece.name)
+        shift[1:] = (0.0, _ASIDE_M) if place is None else (_APART_M * place, 0.0)
     return shifts
 
 
-def _moved(world: World, shifts: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Whether each body moves when it starts at rest where it was built plus its shift."""
+def _moved(
+    world: World, shifts: npt.NDArray[np.float64], tested: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Whether each body moves when it starts at rest where it was built plus its shift.
+
+    Time runs until all bodies that are tested have come to rest or fallen.
+    """
+    if not tested.any():
+        return np.zeros(len(world.bodies), dtype=np.bool_)
     for body, shift in zip(world.bodies, shifts, strict=True):
         world.move(body, shift)
     start = previous = world.positions()
@@ -97,7 +143,7 @@ def _moved(world: World, shifts: npt.NDArray[np.float64]) -> npt.NDArray[np.bool
         displacement = np.linalg.norm(now - start, axis=1)
         speed = np.linalg.norm(now - previous, axis=1) * 240.0 / _CHECK_STEPS
         at_rest = (speed < _REST_SPEED_M_S) & (step >= _FIRST_REST_STEP)
-        if np.all(at_rest | (displacement > _FALLEN_M)):
+        if np.all(at_rest | (displacement > _FALLEN_M) | ~tested):
             break
         previous = now
     moved: npt.NDArray[np.bool_] = displacement > UNSTABLE_DISPLACEMENT_M

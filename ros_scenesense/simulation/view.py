@@ -20,12 +20,13 @@ from ros_scenesense.geometry import (
 
 @dataclass(frozen=True)
 class Light:
-    """Light of a scene: direction towards the lamp, shares of ambient and diffuse light, tint."""
+    """Light of a scene: direction to the lamp; shares of ambient, diffuse, mirrored light; tint."""
 
     direction: Vector
     ambient: float
     diffuse: float
     color: Vector = (1.0, 1.0, 1.0)
+    specular: float = 0.05
 
 
 EVEN_LIGHT = Light(direction=(-0.5, 0.1, 0.86), ambient=0.5, diffuse=0.45)
@@ -86,20 +87,17 @@ def frame_scene(
         ]
     )
 
-    middle: Vector = (float(target[0]), float(target[1]), float(target[2]))
-
-    def pose_at(distance: float) -> Pose:
-        x, y, z = (float(value) for value in target - distance * forward)
-        upright = look_at((x, y, z), middle)
-        return pose_of(upright.matrix() @ _about_axis(roll_rad)) if roll_rad else upright
-
-    right, down, depth = transform_points(np.linalg.inv(pose_at(1.0).matrix()), corners).T
+    # The camera turns the same way from however far away it looks.
+    eye = target - forward
+    upright = look_at(_vector(eye), _vector(target))
+    turned = pose_of(upright.matrix() @ _about_axis(roll_rad)) if roll_rad else upright
+    right, down, depth = transform_points(np.linalg.inv(turned.matrix()), corners).T
     tangent_x = _FILL * intrinsics.width / 2.0 / intrinsics.fx
     tangent_y = _FILL * intrinsics.height / 2.0 / intrinsics.fy
     # Seen from the distance 1 + d a corner has the depth `depth + d`.
     farther = np.maximum(np.abs(right) / tangent_x, np.abs(down) / tangent_y) - depth
     nearest = max(1.0 + float(farther.max()), _NEAREST_M)
-    return pose_at(distance_factor * nearest)
+    return Pose(_vector(target - distance_factor * nearest * forward), turned.orientation)
 
 
 # The nearest camera leaves a margin about the objects, and does not come closer than a sensor may.
@@ -107,6 +105,11 @@ _FILL = 0.92
 _NEAREST_M = 0.35
 # By so much red is stronger than green, and blue weaker, in the warmest light.
 _WARMEST = 0.07
+
+
+def _vector(values: npt.NDArray[np.float64]) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
 
 
 def _about_axis(angle_rad: float) -> npt.NDArray[np.float64]:

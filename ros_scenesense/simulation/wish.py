@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ros_scenesense.scene import Truth, find_structures
 from ros_scenesense.simulation.arrangements import Arrangement, Layout
 from ros_scenesense.simulation.stability import structure_stability
+
+if TYPE_CHECKING:
+    from ros_scenesense.simulation.statics import Statics
 
 
 @dataclass(frozen=True)
@@ -24,9 +28,22 @@ class Wish:
     stacked: int | None = None
     stable: bool | None = None
 
-    def fits(self, layout: Layout) -> bool:
-        """Whether a layout may be built: what is seen before physics has spoken."""
-        return self.stacked is None or self.stacked == len(largest(structures_of(layout)))
+    def may_fit(self, layout: Layout, statics: Statics) -> bool:
+        """Whether it is worth while to build a layout: what is certain before physics has spoken.
+
+        Args:
+            layout: What would be built.
+            statics: What can be told of stacks.
+        """
+        if self.stacked is not None and self.stacked != len(largest(structures_of(layout))):
+            return False
+        if self.stable is None:
+            return True
+        members = largest(structures_of(layout))
+        stack = [number for number, p in enumerate(layout.pieces) if p.name in members]
+        pieces = [layout.pieces[number] for number in stack]
+        is_chain = [piece.support for piece in pieces] == [None, *stack[:-1]]
+        return not is_chain or statics.stands(pieces) is not (not self.stable)
 
     def may_come_true(self, layout: Layout, moved: Mapping[str, bool]) -> bool:
         """Whether the largest structure may yet be as asked, after a repetition of the test.

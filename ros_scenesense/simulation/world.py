@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +15,8 @@ import numpy.typing as npt
 import pybullet
 
 from ros_scenesense.errors import SimulationError
-from ros_scenesense.geometry import Pose, Quaternion
+from ros_scenesense.geometry import Pose, Quaternion, rotation_matrix
 from ros_scenesense.simulation.arrangements import Piece
-from ros_scenesense.simulation.backgrounds import TABLE_COLOR
 from ros_scenesense.simulation.catalogue import Catalogue, CatalogueItem, load_catalogue
 from ros_scenesense.simulation.object_files import Color, SphereSpec
 from ros_scenesense.simulation.painting import paint, read_texture
@@ -27,7 +26,6 @@ from ros_scenesense.simulation.shapes import (
     load_texture,
 )
 
-TABLE_EDGE_M = 2.0
 COLORS = {
     Color.RED: (0.80, 0.12, 0.10),
     Color.GREEN: (0.10, 0.60, 0.16),
@@ -140,16 +138,14 @@ class World:
         )
 
     def show_only(self, names: Collection[str]) -> None:
-        """Puts these bodies where they were built; everything else, the table too, out of sight."""
+        """Puts these bodies where they were built, and everything else out of sight."""
         for body in self.bodies:
             self.move(body, np.zeros(3) if body.piece.name in names else _OUT_OF_SIGHT)
-        self._move_table(_OUT_OF_SIGHT)
 
     def reset(self) -> None:
         """Puts everything where it was built, at rest."""
         for body in self.bodies:
             self.move(body, np.zeros(3))
-        self._move_table(np.zeros(3))
 
     def corners(self) -> npt.NDArray[np.float64]:
         """Corners (8 N, 3) of the upright boxes about the N bodies as they stand, metres."""
@@ -161,6 +157,16 @@ class World:
                 for i, j, k in itertools.product((0, 1), repeat=3)
             ]
         )
+
+    def convex_parts(self) -> Iterator[npt.NDArray[np.float64]]:
+        """Corners (V, 3) of every convex part of every body as it stands, metres."""
+        for body in self.bodies:
+            position, orientation = pybullet.getBasePositionAndOrientation(
+                body.id, physicsClientId=self.client
+            )
+            rotation = rotation_matrix(orientation)
+            for part in self.catalogue.form(body.piece.item).convex_parts:
+                yield part @ rotation.T + position
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Centres of mass of all bodies, (N, 3) metres."""
@@ -183,30 +189,24 @@ class World:
             self.client = -1
 
     def _make_table(self) -> int:
-        half = [TABLE_EDGE_M / 2.0, TABLE_EDGE_M / 2.0, _TABLE_THICKNESS_M / 2.0]
-        # The ground that carries is wider than the table one sees: room for structures apart.
+        # What carries is wider than the table that one sees: room for structures apart.
         collision = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=[20.0, 20.0, half[2]], physicsClientId=self.client
+            pybullet.GEOM_BOX,
+            halfExtents=[_GROUND_M, _GROUND_M, _GROUND_THICKNESS_M / 2.0],
+            physicsClientId=self.client,
         )
+        # The camera adds the table itself. Without a shape for the eye Bullet would show the one
+        # that collides: a small box, deep below everything.
         visual = pybullet.createVisualShape(
             pybullet.GEOM_BOX,
-            halfExtents=half,
-            rgbaColor=[*TABLE_COLOR, 1.0],
+            halfExtents=[0.001, 0.001, 0.001],
+            visualFramePosition=_OUT_OF_SIGHT,
             physicsClientId=self.client,
         )
-        table = pybullet.createMultiBody(
-            0.0, collision, visual, [0.0, 0.0, -half[2]], physicsClientId=self.client
-        )
+        place = [0.0, 0.0, -_GROUND_THICKNESS_M / 2.0]
+        table = pybullet.createMultiBody(0.0, collision, visual, place, physicsClientId=self.client)
         pybullet.changeDynamics(table, -1, lateralFriction=1.0, physicsClientId=self.client)
         return int(table)
-
-    def _move_table(self, shift: npt.NDArray[np.float64]) -> None:
-        pybullet.resetBasePositionAndOrientation(
-            self._table,
-            np.array([0.0, 0.0, -_TABLE_THICKNESS_M / 2.0]) + shift,
-            [0.0, 0.0, 0.0, 1.0],
-            physicsClientId=self.client,
-        )
 
     def _put(self, piece: Piece) -> Body:
         # Above everything that is there; then lowered.
@@ -248,7 +248,7 @@ class World:
 
         A body may always sink by its distance, so it never enters another, however irregular.
         """
-        others = [self._table, *(other.id for other in self.bodies)]
+        others = [self._table, *(other.id for other in self.bodies if _may_meet(piece, other))]
         for _ in range(_LOWERING_STEPS):
             gap = min(self._gap(body, other) for other in others)
             if gap < _CONTACT_GAP_M:
@@ -303,8 +303,16 @@ class World:
         return self._visuals[item, color]
 
 
+def _may_meet(piece: Piece, other: Body) -> bool:
+    """Whether something that is lowered may touch a body: their upright cylinders overlap."""
+    x, y, _ = other.pose.position
+    reach = piece.item.radius_m + other.piece.item.radius_m
+    return math.hypot(piece.x_m - x, piece.y_m - y) < reach + _CONTACT_GAP_M
+
+
 _UNTINTED = (1.0, 1.0, 1.0)
-_TABLE_THICKNESS_M = 0.1
+_GROUND_M = 20.0
+_GROUND_THICKNESS_M = 0.1
 _OUT_OF_SIGHT = np.array([0.0, 0.0, -50.0])
 _CONTACT_GAP_M = 0.0002
 _LOWERING_STEPS = 60

@@ -13,12 +13,13 @@ import msgspec
 
 from ros_scenesense.errors import MessageError
 from ros_scenesense.grounding.control import ARBITER, SWITCH, Control
-from ros_scenesense.grounding.trust import TrustSettings
+from ros_scenesense.grounding.trust import Kind, TrustSettings
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import (
     Feedback,
     Groundings,
     PairGrounding,
+    Relation,
     Relations,
     Trust,
 )
@@ -158,7 +159,7 @@ class GroundingControlStage:
             stamp=groundings.stamp,
             scene_id=groundings.scene_id,
             naming_frame=groundings.naming_frame,
-            relations=settled.relations,
+            relations=_as_viewed(settled.relations, pairs),
             disagreements=settled.disagreements,
             trust_qsr=self._desk.trust.qsr,
             trust_msr=self._desk.trust.msr,
@@ -206,3 +207,16 @@ class GroundingControlStage:
                 f"same objects twice ({len(bad)} pairs, first {bad[0]}): these are ignored",
             )
         return list(pairs.values())
+
+
+def _as_viewed(relations: list[Relation], pairs: list[PairGrounding]) -> list[Relation]:
+    """The relations with what a viewer would call their directions, where that is known."""
+    said = {(one.object, one.reference): one.viewer_position for one in pairs}
+    seen = []
+    for one in relations:
+        viewed = said.get((one.object, one.reference))
+        both = {Kind.of(position) for position in (one.position, viewed) if position is not None}
+        if viewed is not None and both == {Kind.HORIZONTAL}:
+            one = msgspec.structs.replace(one, viewer_position=viewed)
+        seen.append(one)
+    return seen

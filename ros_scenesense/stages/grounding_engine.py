@@ -32,7 +32,7 @@ from ros_scenesense.perception.clouds import (
     frame_cloud,
     object_clouds,
 )
-from ros_scenesense.perception.depth_units import unit_fault
+from ros_scenesense.perception.depth_units import sparseness, unit_fault
 from ros_scenesense.perception.plane import find_plane
 from ros_scenesense.perception.segmentation import find_objects
 from ros_scenesense.scene import Frame, NamingFrame
@@ -217,6 +217,9 @@ class GroundingEngine:
         watch.lap("relations")
         doubts = [one for one in (wrong, unknown) if one is not None and grounded.pairs]
         problems = [("naming_frame", f"scene {scene.scene_id}: {one}") for one in doubts]
+        sparse = sparseness(frame.depth) if self.configuration.segments else None
+        if sparse is not None:
+            problems.append(("sparse_depth", f"scene {scene.scene_id}: {sparse}"))
         return GroundingResult(groundings, objects, instances, watch.read(), problems, record)
 
     def cloud(self, frame: Frame) -> Cloud:

@@ -10,6 +10,7 @@ import io
 import json
 import sqlite3
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,10 @@ from ros_scenesense.grounding.msr import MetricSettings, Source
 from ros_scenesense.messages.grounding import MsrSample, MsrUpdate
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.scene_records import SceneRecord, pack_pair, unpack_pair
-from ros_scenesense.stages.state_file import open_state_file
+from ros_scenesense.stages.state_file import open_state_file, read_state_file
 from ros_scenesense.stages.statements import Statement, relation_named
 
+# Also to be raised, with a migration, when what the model keeps changes its shape.
 _VERSION = 1
 _SCHEMA = """
 CREATE TABLE learned (
@@ -206,6 +208,38 @@ class GroundingStore:
             "SELECT scene_id, names, yaw, histograms FROM scene WHERE scene_id = ?", (scene_id,)
         ).fetchone()
         return None if row is None else SceneRecord(row[0], json.loads(row[1]), row[2], row[3])
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a state file holds, for people.
+
+    Attributes:
+        memory: What was learned.
+        updates: Number of the last update that was merged.
+        told: How many statements of people are kept.
+        scenes: How many scenes feedback may still be about.
+    """
+
+    memory: GroundingMemory
+    updates: int
+    told: int
+    scenes: int
+
+
+def look_into(path: Path) -> Learnt:
+    """Reads a grounding.db, also one that a node is writing.
+
+    Raises:
+        StateError: If there is none, or it cannot be read.
+    """
+    with read_state_file(path, _VERSION) as connection:
+        updates, memory = read_learned(connection)
+        told, scenes = (
+            connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
+            for table in ("told", "scene")
+        )
+        return Learnt(memory, updates, told, scenes)
 
 
 def read_learned(

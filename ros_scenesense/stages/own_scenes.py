@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import secrets
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Scene
@@ -95,6 +95,7 @@ class OwnScenes:
         self._asked: deque[_Asked] = deque()
         self._latest: tuple[Frame, int] | None = None
         self._next_due_ns = 0
+        self._now_ns = 0
         self._last_stamp_ns: int | None = None
 
     @property
@@ -115,6 +116,10 @@ class OwnScenes:
 
     def offer(self, frame: Frame, now_ns: int) -> None:
         """Takes a frame that arrives; the one that was kept until now is forgotten."""
+        if now_ns < self._now_ns:  # simulated time began anew, e.g. a bag is played again
+            self._next_due_ns = now_ns
+            self._asked = deque(replace(asked, since_ns=now_ns) for asked in self._asked)
+        self._now_ns = now_ns
         if frame.stamp_ns == self._last_stamp_ns:
             self._health.count("repeated")
             return

@@ -15,6 +15,7 @@ from ros_scenesense.grounding.memory import GroundingMemory
 from ros_scenesense.grounding.qsr import ground_pairs, measure_distances
 from ros_scenesense.messages.grounding import PairGrounding
 from ros_scenesense.perception.boxes import robust_bounds
+from ros_scenesense.scene import NamingFrame
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +66,22 @@ def ground_scene(
     # The camera is the origin however its axes are turned.
     seen = _extents(clouds, gravity_axes(axes.rows[2]))
     distances = measure_distances(seen, _CAMERA, rule)
-    named = _extents(clouds, axes.turned(memory.yaw_rad))
+    turned = axes.turned(memory.yaw_rad)
+    named = _extents(clouds, turned)
     by_rule = ground_pairs(named, distances, _CAMERA, rule)
     histograms = describe(named, distances, _CAMERA, memory.yaw_rad)
     learned = memory.model.ground(histograms)
+    by_viewer = {}
+    if turned.name is NamingFrame.ROBOT:
+        by_viewer = ground_pairs(seen, distances, _CAMERA, rule)
     pairs = [
-        PairGrounding(object=names[i], reference=names[j], qsr=said, msr=learned.get((i, j)))
+        PairGrounding(
+            object=names[i],
+            reference=names[j],
+            qsr=said,
+            msr=learned.get((i, j)),
+            viewer_position=by_viewer[i, j].position if by_viewer else None,
+        )
         for (i, j), said in by_rule.items()
     ]
     return GroundedPairs(pairs, names, _extents(clouds, axes), histograms)

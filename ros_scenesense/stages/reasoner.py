@@ -40,7 +40,7 @@ from ros_scenesense.reasoning.facts import (
 )
 from ros_scenesense.reasoning.program import Program
 from ros_scenesense.reasoning.verdicts import judge
-from ros_scenesense.scene import DecisionStatus, NamingFrame, Task
+from ros_scenesense.scene import DecisionStatus, NamingFrame, Position, Task
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
@@ -54,6 +54,8 @@ _PART_OF: dict[type[Incoming], str] = {Scene: "scene", Relations: "relations", O
 
 # Whoever starts late gets up to 200 latched messages of one topic before the first of the next.
 _WAITING_SCENES = 256
+
+_DIRECTIONS = (Position.FRONT, Position.BEHIND, Position.RIGHT, Position.LEFT)
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,7 @@ class ReasonerStage:
             map(_related, relations.relations),
         )
         self._report(scene.scene_id, problems)
-        result = self._classify(scene.scene_id, facts, relations.naming_frame)
+        result = self._classify(scene.scene_id, facts, _says_what_hides(relations))
         self.health.count("scenes_classified")
         beliefs = Beliefs(
             stamp=scene.stamp,
@@ -206,9 +208,7 @@ class ReasonerStage:
             )
         return [*map(_perceived, objects.objects), *map(_unreported, missing)]
 
-    def _classify(
-        self, scene_id: str, facts: SceneFacts, naming_frame: NamingFrame
-    ) -> Classification:
+    def _classify(self, scene_id: str, facts: SceneFacts, says_what_hides: bool) -> Classification:
         if len(facts.objects) > self.configuration.max_objects:
             self.health.problem(
                 "scene_too_large",
@@ -217,12 +217,11 @@ class ReasonerStage:
             )
             return Classification(objects=())
         withheld = self._withheld
-        if naming_frame is NamingFrame.ROBOT:
-            # Behind and in front say what hides what only as the viewer sees them.
+        if not says_what_hides:
             self.health.problem(
                 "relations_in_robot_frame",
-                f"scene {scene_id}: relations are named in the robot's frame, so occlusion stays "
-                "undecided: have them named in the viewer's frame",
+                f"scene {scene_id}: relations are named in the robot's frame alone, so occlusion "
+                "stays undecided: have them named in the viewer's frame too",
             )
             about = {axiom.id for axiom in self._program.axioms if axiom.task is Task.OCCLUSION}
             withheld = withheld | about
@@ -278,11 +277,21 @@ def _withheld(names: str, program: Program) -> frozenset[str]:
     return chosen
 
 
+def _says_what_hides(relations: Relations) -> bool:
+    """Whether what is behind what is said as the viewer sees it."""
+    of_the_robot = relations.naming_frame is NamingFrame.ROBOT
+    return not of_the_robot or all(
+        each.viewer_position is not None or each.position not in _DIRECTIONS
+        for each in relations.relations
+    )
+
+
 def _related(each: Relation) -> PairRelation:
     return PairRelation(
         each.object,
         each.reference,
-        each.position,
+        # Which object hides which is a matter of the viewer, whose axes ever name the directions.
+        each.viewer_position or each.position,
         each.distance,
         each.position_confidence,
         each.distance_confidence,

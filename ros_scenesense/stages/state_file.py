@@ -7,7 +7,8 @@ never silently replaced; one of a newer release is refused.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from ros_scenesense.errors import StateError
@@ -59,6 +60,29 @@ def open_state_file(
         raise StateError(
             f"{path.parent} cannot be made: {error}; choose another state folder"
         ) from error
+
+
+@contextmanager
+def read_state_file(path: Path, version: int) -> Iterator[sqlite3.Connection]:
+    """Looks into a state file without changing it, also while a node writes it.
+
+    Args:
+        path: The file.
+        version: The schema version that is read.
+
+    Raises:
+        StateError: If there is no such file, or it cannot be read.
+    """
+    if not path.is_file():
+        raise StateError(f"there is no {path}: it is written by nodes that run with this state")
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as opened:
+            found = opened.execute("PRAGMA user_version").fetchone()[0]
+            if found != version:
+                raise StateError(f"{path} has schema version {found}, this release reads {version}")
+            yield opened
+    except sqlite3.DatabaseError as error:
+        raise StateError(f"{path} cannot be read: {error}") from error
 
 
 def _open(

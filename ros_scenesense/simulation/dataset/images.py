@@ -38,13 +38,13 @@ class Images:
 
 def encode(frame: Frame) -> dict[str, bytes]:
     """The PNG files of a frame with instance ids, by kind; the same bytes for the same frame."""
-    units = np.round(frame.depth.astype(np.float64) / DEPTH_UNIT_M)
+    units = np.rint(frame.depth * np.float32(1.0 / DEPTH_UNIT_M))
     units[~(units <= np.iinfo(np.uint16).max)] = 0.0
     assert frame.instances is not None
     return {
-        "color": _png(np.ascontiguousarray(frame.color[..., ::-1])),
-        "depth": _png(units.astype(np.uint16)),
-        "instances": _png(frame.instances),
+        "color": _png("color", np.ascontiguousarray(frame.color[..., ::-1])),
+        "depth": _png("depth", units.astype(np.uint16)),
+        "instances": _png("instances", frame.instances),
     }
 
 
@@ -67,10 +67,17 @@ def decode(files: dict[str, bytes]) -> Images:
 # Small files cost more time than they save disk: the first level is five times faster than the
 # ninth and a tenth larger.
 _ENCODING = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, 0)
+# One filter for all lines halves the time; for each kind the one that makes the smallest files.
+# (Releases of OpenCV before 4.12 choose anew for every line.)
+_FILTERS = {
+    kind: (cv2.IMWRITE_PNG_FILTER, getattr(cv2, f"IMWRITE_PNG_FILTER_{name}"))
+    for kind, name in (("color", "NONE"), ("depth", "UP"), ("instances", "NONE"))
+    if hasattr(cv2, "IMWRITE_PNG_FILTER")
+}
 
 
-def _png(pixels: npt.NDArray[np.unsignedinteger]) -> bytes:
-    written, content = cv2.imencode(".png", pixels, _ENCODING)
+def _png(kind: str, pixels: npt.NDArray[np.integer | np.floating]) -> bytes:
+    written, content = cv2.imencode(".png", pixels, (*_ENCODING, *_FILTERS.get(kind, ())))
     if not written:
         raise DatasetError(f"OpenCV cannot write an image of {pixels.dtype} {pixels.shape} as PNG")
     return content.tobytes()
