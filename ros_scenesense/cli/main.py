@@ -22,6 +22,7 @@ COMMANDS = {
     "perceive": "find objects, relations and decisions in one real RGB-D frame",
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
     "plan": "find the actions that lead from a scene to a goal",
+    "experiment": "run an experiment of the paper: tables, plot, discussion",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,7 +20,8 @@ from ros_scenesense.grounding.frames import camera_axes
 from ros_scenesense.grounding.memory import Example, GroundingMemory
 from ros_scenesense.grounding.msr import Source
 from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS
-from ros_scenesense.messages.grounding import Grounding, PairGrounding, Relation
+from ros_scenesense.grounding.viewpoint import ViewpointSettings
+from ros_scenesense.messages.grounding import PairGrounding, Relation
 from ros_scenesense.scene import Distance, Position
 from ros_scenesense.stages.pair_grounding import GroundedPairs, ground_scene
 
@@ -104,18 +106,22 @@ class Learner:
         memory: What was learned.
         control: Whom to believe.
         speaks: The models that are asked; with both, control chooses.
+
+    Args:
+        mode: Of control.
+        speaks: The models that are asked.
+        keeps_axes: Never think that people's axes have turned.
     """
 
     def __init__(
         self,
         mode: str = ARBITER,
         speaks: tuple[Source, ...] = (Source.QSR, Source.MSR),
-        frozen_yaw: bool = False,
+        keeps_axes: bool = False,
     ) -> None:
-        self.memory = GroundingMemory()
+        self.memory = GroundingMemory(viewpoint=_KEEPS_AXES if keeps_axes else None)
         self.control = Control(mode)
         self.speaks = speaks
-        self._frozen_yaw = frozen_yaw
 
     def watch(self, questions: Iterable[Question]) -> None:
         """Takes what the qualitative model says of pairs as examples."""
@@ -156,6 +162,9 @@ class Learner:
         return found
 
 
+_KEEPS_AXES = ViewpointSettings(change_share=1e-12, moved_share=1e-12)
+
+
 @dataclass(frozen=True)
 class Answer:
     """What was said of a pair beside what is true; None where nothing was said."""
@@ -187,23 +196,33 @@ def examine(learner: Learner, questions: Sequence[Question]) -> list[Answer]:
 
 
 def accuracy(answers: Iterable[Answer], clear: bool = False) -> float:
-    """Share of the positions that are right, in percent; `clear`: of unambiguous pairs only."""
+    """Share of the positions that are right, in percent; `clear`: of unambiguous pairs only.
+
+    NaN where nobody named a position.
+    """
     chosen = [
         one
         for one in answers
         if one.truth.position is not None and not (clear and one.truth.position_ambiguous)
     ]
-    return 100.0 * float(np.mean([one.position is one.truth.position for one in chosen]))
+    return _percent([one.position is one.truth.position for one in chosen])
 
 
 def distance_accuracy(answers: Iterable[Answer]) -> float:
-    """Share of the distances that are right, in percent; ambiguous ones are left out."""
+    """Share of the distances that are right, in percent; ambiguous ones are left out.
+
+    NaN where nobody named a distance.
+    """
     chosen = [
         one
         for one in answers
         if one.truth.distance is not None and not one.truth.distance_ambiguous
     ]
-    return 100.0 * float(np.mean([one.distance is one.truth.distance for one in chosen]))
+    return _percent([one.distance is one.truth.distance for one in chosen])
+
+
+def _percent(right: Sequence[bool]) -> float:
+    return 100.0 * float(np.mean(right)) if right else float("nan")
 
 
 def questions_of(scenes: Iterable[Asked]) -> list[Question]:
@@ -230,7 +249,8 @@ def one_of_each(
         found = 0
         for index in rng.permutation(len(fitting)):
             one = fitting[int(index)]
-            key = (id(one.asked), *sorted((one.truth.first, one.truth.second)))
+            pair = sorted((one.truth.first, one.truth.second))
+            key = (id(one.asked), pair[0], pair[1])
             if key in taken:
                 continue
             taken.add(key)
@@ -249,14 +269,15 @@ def spoilt(
         if rng.random() >= share:
             yield one
             continue
-        position = one.truth.position and _another(one.truth.position, tuple(Position), rng)
-        distance = one.truth.distance and _another(one.truth.distance, tuple(Distance), rng)
+        position, distance = one.truth.position, one.truth.distance
+        if position is not None:
+            position = _another(position, tuple(Position), rng)
+        if distance is not None:
+            distance = _another(distance, tuple(Distance), rng)
         yield Question(one.asked, replace(one.truth, position=position, distance=distance))
 
 
-def _said(
-    pairs: Iterable[PairGrounding], truth: Truth
-) -> tuple[PairGrounding, PairGrounding]:
+def _said(pairs: Iterable[PairGrounding], truth: Truth) -> tuple[PairGrounding, PairGrounding]:
     said = {(int(one.object), int(one.reference)): one for one in pairs}
     return said[truth.first, truth.second], said[truth.second, truth.first]
 
@@ -271,6 +292,9 @@ def _turned(question: Question) -> Question | None:
     return Question(question.asked, turned)
 
 
-def _another(relation, choice, rng):  # type: ignore[no-untyped-def]
-    others = [one for one in choice if one is not relation]
+Word = TypeVar("Word", Position, Distance)
+
+
+def _another(word: Word, choice: Sequence[Word], rng: np.random.Generator) -> Word:
+    others = [one for one in choice if one is not word]
     return others[int(rng.integers(len(others)))]

@@ -111,23 +111,24 @@ class Control:
         """
         claims = _claims(forward, backward)
         if isinstance(relation, Distance):
-            words = {model: one.distance for model, one in claims.items()}
-            agreed = {model: word.relation is relation for model, word in words.items()}
-            charge = self._choose(words) if words else Model.QSR
+            near = {model: one.distance for model, one in claims.items()}
+            agreed = {model: word.relation is relation for model, word in near.items()}
+            charge, named = self._choose(near), Kind.DISTANCE
         else:
             places = {model: one.position for model, one in claims.items()}
             agreed = {model: _same(word, relation) for model, word in places.items()}
-            charge = self._choose(places) if places else Model.QSR
+            charge, named = self._choose(places), Kind.of(relation)
+            if Model.QSR in places:
+                named = Kind.of(places[Model.QSR].relation)
         self.state, dropped = with_feedback(
-            self.state, Kind.of(relation), agreed, charge, self.settings
+            self.state, Kind.of(relation), agreed, charge, named, self.settings
         )
         return Learned(agreed, dropped)
 
     def _choose(self, words: dict[Model, _Word[Word]]) -> Model:
-        """Whose word is passed on."""
-        if len(words) == 1:
-            (only,) = words
-            return only
+        """Whose word is passed on; that of the qualitative grounding if nobody says anything."""
+        if len(words) < 2:
+            return next(iter(words), Model.QSR)
         qsr, msr = words[Model.QSR], words[Model.MSR]
         if self.mode == SWITCH:
             return Model.MSR if self.trust(Model.MSR) > self.trust(Model.QSR) else Model.QSR

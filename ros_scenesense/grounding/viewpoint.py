@@ -36,7 +36,7 @@ class ViewpointSettings:
     error_share: float = 0.1
     error_weight: float = 10.0
     blur_rad: float = math.radians(8.0)
-    change_share: float = 0.02
+    change_share: float = 0.005
     moved_share: float = 0.8
     memory: int = 60
 
