@@ -119,6 +119,7 @@ def report_on(sets: Sequence[Measured], setting: Setting) -> Outcome:
         "What was called what, QSR alone": _table_of_confusions(sets, DEFAULT.name),
         "What was called what, combined": _table_of_confusions(sets, "combined"),
         "Claims, paired t-test over the sets": _table_of_claims(claims),
+        "Frames without instance ids, objects found": _table_of_shares(found),
     }
     result = Result(
         name="grounding",
@@ -126,7 +127,7 @@ def report_on(sets: Sequence[Measured], setting: Setting) -> Outcome:
         seed=setting.seed,
         versions=versions(),
         machine=machine(),
-        figures={name: round(value, 2) for name, value in figures.items()},
+        figures={name: round(value, 4) for name, value in figures.items()},
         paper=PAPER,
         notes=notes_of(figures, claims, len(sets), TEST_PAIRS, setting.simulated),
         tables={title: table for title, table in tables.items() if table.rows},
@@ -224,6 +225,18 @@ def _table_of_claims(claims: dict[str, Comparison]) -> Table:
         for words, one in claims.items()
     ]
     return Table(columns=["claim", "difference", "p", "verdict"], rows=rows)
+
+
+def _table_of_shares(found: dict[str, Summary]) -> Table:
+    rows: list[list[str | int | float | None]] = [
+        [depth, round(100.0 * found[name].mean, 1), round(100.0 * found[name].margin, 1)]
+        for name, depth in (
+            ("segmentation_iou70", "perfect"),
+            ("segmentation_iou70_kinect", "of a Kinect"),
+        )
+        if name in found
+    ]
+    return Table(columns=["depth", "intersection over union > 0.7, %", "95 % ±"], rows=rows)
 
 
 def _panels(found: dict[str, Summary]) -> list[Panel]:

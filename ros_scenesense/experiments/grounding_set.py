@@ -30,6 +30,7 @@ from ros_scenesense.experiments.grounding_trials import (
     questions_of,
     spoilt,
 )
+from ros_scenesense.experiments.segmentation_share import segmentation_shares
 from ros_scenesense.grounding.control import SWITCH
 from ros_scenesense.grounding.msr import Source
 
@@ -50,6 +51,7 @@ class Plan:
         tested: Scenes that test.
         turned_taught: Scenes of feedback after a change of the viewpoint.
         turned_tested: Scenes that test after it.
+        segmented: Frames without instance ids, of which the objects must be found.
         yaws_deg: Changes of the viewpoint.
     """
 
@@ -57,10 +59,11 @@ class Plan:
     tested: int = 26
     turned_taught: int = 12
     turned_tested: int = 10
+    segmented: int = 6
     yaws_deg: tuple[int, ...] = YAWS_DEG
 
 
-QUICK = Plan(taught=14, tested=6, turned_taught=8, turned_tested=4, yaws_deg=(40,))
+QUICK = Plan(taught=14, tested=6, turned_taught=8, turned_tested=4, segmented=1, yaws_deg=(40,))
 
 
 @dataclass
@@ -68,7 +71,7 @@ class Measured:
     """What was found on a set.
 
     Attributes:
-        figures: Accuracies in percent by name.
+        figures: By name: accuracies in percent, and shares of segmented objects.
         confusions: By name of a way, how often what is true (first) was called what (second).
     """
 
@@ -86,10 +89,10 @@ def measure_simulated(seed: int, number: int, plan: Plan) -> Measured:
     """
     maker = SceneMaker()
 
-    def scenes(purpose: int, count: int, turned_deg: int = 0) -> list[ObservedScene]:
-        series = int(np.random.default_rng([seed, number, purpose, turned_deg]).integers(2**53))
+    def scenes(purpose: int, count: int, turned_deg: int = 0, step: int = 1) -> list[ObservedScene]:
+        series = _series(seed, number, purpose, turned_deg)
         turned_rad = math.radians(turned_deg)
-        return [maker.scene(series, index, turned_rad) for index in range(count)]
+        return [maker.scene(series, index * step, turned_rad) for index in range(count)]
 
     taught, tested = scenes(0, plan.taught), scenes(1, plan.tested)
     rng = np.random.default_rng([seed, number])
@@ -99,16 +102,18 @@ def measure_simulated(seed: int, number: int, plan: Plan) -> Measured:
     _measure_errors(measured, questions_of(asked), questions, rng)
     for yaw_deg in plan.yaws_deg:
         # Only scenes of even numbers show every relation.
-        feedback = [
-            one
-            for index, one in enumerate(scenes(2, 2 * plan.turned_taught, yaw_deg))
-            if index % 2 == 0
-        ]
+        feedback = scenes(2, plan.turned_taught, yaw_deg, step=2)
         turned = questions_of(_asked(scenes(3, plan.turned_tested, yaw_deg)))
         words = questions_of(_asked(feedback))
         _measure_turn(measured, yaw_deg, questions_of(asked), words, turned, rng)
     maker.close()
+    measured.figures |= segmentation_shares(_series(seed, number, 4), plan.segmented)
     return measured
+
+
+def _series(seed: int, number: int, purpose: int, turned_deg: int = 0) -> int:
+    """Seed of a series of scenes."""
+    return int(np.random.default_rng([seed, number, purpose, turned_deg]).integers(2**53))
 
 
 def measure_schemes(

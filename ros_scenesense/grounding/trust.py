@@ -105,7 +105,12 @@ class TrustSettings:
     weight: float = 2.0
     remembered: float = 2.0
     dropped: float = 0.5
-    alarm: float = 3.0
+    alarm: float = 5.0
+
+
+# People err: never is more agreement expected, and where less is, its loss would not be noticed.
+_MOST_EXPECTED = 0.9
+_LEAST_EXPECTED = 0.6
 
 
 def trust_in(state: TrustState, model: Model, settings: TrustSettings, kind: Kind | None) -> float:
@@ -162,7 +167,7 @@ def with_feedback(
         named: Kind of the relation that the qualitative grounding had named.
         settings: How trust moves.
     """
-    expected = min(0.95, max(0.6, trust_in(state, charge, settings, kind)))
+    expected = min(_MOST_EXPECTED, max(_LEAST_EXPECTED, trust_in(state, charge, settings, kind)))
     dropped = settings.dropped * expected
     gains = {True: math.log(dropped / expected), False: math.log((1 - dropped) / (1 - expected))}
     alarm = state.alarms.get(kind, 0.0)
