@@ -7,7 +7,7 @@ import pytest
 from demo_samples import INFO, parts, run
 from test_demo_view import console, printed
 
-from ros_scenesense.bench import datasets, decisions, graph, steps
+from ros_scenesense.bench import datasets, decisions, graph, reasoning, steps
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.bench.suite import GROUPS, Group, run_suite
 from ros_scenesense.cli import bench as command
@@ -156,6 +156,12 @@ def test_real_steps_are_measured():
     assert all(value > 0.0 for value in measured.figures.values())
     (table,) = measured.tables.values()
     assert [row[1] for row in table.rows] == [15, 15]
+
+
+def test_knowledge_and_reasoning_are_timed():
+    figures = reasoning.measure(QUICK).figures
+    assert set(figures) == {figure.name for figure in reasoning.FIGURES}
+    assert all(value > 0.0 for value in figures.values())
 
 
 def test_strict_decisions_agree_with_physics():

@@ -2,14 +2,25 @@
 
 import sqlite3
 
+import msgspec
 import pytest
 from grounding_samples import NAMES, feedback, groundings
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from message_strategies import messages
 
 from ros_scenesense.grounding.control import Control
 from ros_scenesense.grounding.trust import TrustSettings
-from ros_scenesense.messages.grounding import FeedbackResult, MsrUpdate, Relations, Trust
+from ros_scenesense.messages.base import AnyMessage, Stamp
+from ros_scenesense.messages.codec import encode
+from ros_scenesense.messages.grounding import (
+    Feedback,
+    FeedbackResult,
+    Groundings,
+    MsrUpdate,
+    Relations,
+    Trust,
+)
 from ros_scenesense.parameters import build
 from ros_scenesense.scene import Distance, Position
 from ros_scenesense.stages.grounding_control import (
@@ -101,6 +112,30 @@ def test_what_cannot_be_judged_is_refused_with_the_reason(stage, words, scene_id
     assert reason in result.reason
     assert result.id.startswith("content-")
     assert stage.health.counters["feedback_refused"] == 1
+
+
+def test_the_time_that_a_person_gives_is_the_feedbacks(stage):
+    said = msgspec.structs.replace(feedback("left a b"), stamp=Stamp.of(7))
+    result, trust, *_ = stage.handle(said, 9 * SECOND)
+    assert (result.stamp, trust.stamp) == (Stamp.of(9 * SECOND), Stamp.of(7))
+
+
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
+@given(
+    st.lists(
+        st.one_of(messages(Groundings), messages(Feedback), st.just(groundings())),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_whatever_is_a_message_is_judged_and_what_is_published_is_one(items):
+    stage = control()
+    for item in items:
+        for published in stage.handle(item, SECOND):
+            if isinstance(published, AnyMessage):
+                encode(published)
+    assert not stage.health.counters["not_remembered"]
+    stage.close()
 
 
 def test_before_the_first_scene_feedback_is_refused():
@@ -230,9 +265,9 @@ def test_a_ledger_that_cannot_be_written_refuses_and_keeps_the_trust(tmp_path, s
     assert result.outcome == "refused"
     assert "could not be written" in result.reason
     assert stage.control.state == before
-    relations = only(Relations, stage.handle(groundings("s-1"), SECOND))
+    relations = only(Relations, stage.handle(groundings("s-1", applied_update=1), SECOND))
     assert len(relations) == 1
-    assert stage.health.counters["not_remembered"] == 2
+    assert stage.health.counters["not_remembered"] == 3
     other.execute("ROLLBACK")
     assert told(stage, "right a b").outcome == "accepted"
 
@@ -246,7 +281,7 @@ STATEMENTS = st.tuples(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.lists(STATEMENTS, max_size=14), st.data())
 def test_what_counts_is_the_last_word_on_each_pair_whatever_happens_between(
     tmp_path_factory, statements, data
@@ -293,3 +328,40 @@ def test_what_counts_is_the_last_word_on_each_pair_whatever_happens_between(
         (one.relation, one.object, one.reference, key[0]) for key, one in standing.items()
     }
     stage.close()
+
+
+def test_a_scene_that_cannot_be_read_is_reported_and_its_feedback_refused(tmp_path):
+    stage = control(state_dir=str(tmp_path))
+    stage.handle(groundings("s-0"), SECOND)
+    with sqlite3.connect(tmp_path / "control.db") as connection:
+        connection.execute("UPDATE content SET groundings = x'00', relations = x'00'")
+    connection.close()
+    assert told(stage, "left a b").outcome == "refused"
+    assert stage.health.counters["state_unreadable"] == 1
+    stage.close()
+    again = control(state_dir=str(tmp_path))
+    assert again.handle(groundings("s-0"), SECOND) == []
+    assert again.health.counters["state_unreadable"] == 1
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE trust SET message = '{}'",
+        "UPDATE msr_update SET message = 'nonsense'",
+        "UPDATE feedback SET grounded = '[]'",
+        "UPDATE feedback SET relation = 'beside'",
+    ],
+)
+def test_a_ledger_with_nonsense_in_it_is_set_aside(tmp_path, damage):
+    stage = control(state_dir=str(tmp_path))
+    stage.handle(groundings("s-0"), SECOND)
+    told(stage, "right a b")
+    stage.close()
+    with sqlite3.connect(tmp_path / "control.db") as connection:
+        connection.execute(damage)
+    connection.close()
+    again = control(state_dir=str(tmp_path))
+    assert again.health.counters["state_set_aside"] == 1
+    assert (tmp_path / "control.db.broken-1").exists()
+    assert again.control.state.feedback_count == 0

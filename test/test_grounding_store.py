@@ -94,14 +94,12 @@ def test_evidence_of_what_is_not_there_is_counted_and_the_rest_applied():
     one = store(remembered=1)
     one.record_scene(record("s-0"))
     one.record_scene(record("s-1"))
-    wrong = [
-        sample("left a b", "s-0"),
-        sample("left a b", "nowhere"),
-        sample("left a nobody", "s-1"),
-        sample("left a a", "s-1"),
-    ]
-    assert one.apply(update(1, *wrong, sample("left a b", "s-1")))
+    wrong = ("left a b", "s-0"), ("left a b", "nowhere"), ("left a x", "s-1"), ("left a a", "s-1")
+    by_machine = [sample(*words, "qsr") for words in wrong]
+    by_people = [sample(*words) for words in wrong]
+    assert one.apply(update(1, *by_machine, *by_people, sample("left a b", "s-1")))
     assert one.health.counters["evidence_without_scene"] == len(wrong)
+    assert [kind for kind, _ in one.health.take_problems()] == ["word_without_scene"] * len(wrong)
     assert counts(one, Position.LEFT) == [0, 0, 1]
 
 

@@ -138,6 +138,7 @@ class TestCommand:
         [
             (lambda f: f.color.write_bytes(b"GIF89a"), "not a PNG"),
             (lambda f: f.color.write_bytes(f.color.read_bytes()[:90]), "damaged PNG"),
+            (lambda f: flip_a_byte(f.color), "damaged PNG"),
             (lambda f: f.color.write_bytes(f.depth.read_bytes()), "16 bits per channel"),
             (lambda f: f.depth.write_bytes(f.color.read_bytes()), "8 bits and 3 channels"),
             (lambda f: cv2.imwrite(str(f.depth), np.zeros((120, 160), np.uint16)), "no depth read"),
@@ -153,11 +154,17 @@ class TestCommand:
             (lambda f: samples.write_camera(f.camera, FRAME, depth_scale=-1), "depth_scale"),
         ],
     )
-    def test_bad_input_is_one_clear_line(self, files, capsys, spoil, words):
+    def test_bad_input_is_one_clear_line(self, files, capfd, spoil, words):
         spoil(files)
         assert files.run() == 1
-        line = one_line(capsys)
+        line = one_line(capfd)
         assert any(word in line for word in words.split("|")), line
+
+
+def flip_a_byte(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
 
 
 def one_line(capsys) -> str:

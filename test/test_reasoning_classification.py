@@ -71,6 +71,16 @@ class Evaluator:
             if (r.object, r.position, r.distance) == (name, Position.ABOVE, Distance.TOUCHING)
         }
 
+    def carriers(self, name: str) -> set[str]:
+        """Everything that `name` is on or in, directly or through others."""
+        found: set[str] = set()
+        while True:
+            reached = {name, *found}
+            more = {x for each in reached for x in self.on(each) | self.to(each, Position.IN)}
+            if more <= found:
+                return found
+            found |= more
+
     def below(self, name: str) -> set[str]:
         """Everything that carries `name`, directly or through others."""
         found: set[str] = set()
@@ -81,17 +91,14 @@ class Evaluator:
             found = more
 
     def has_circle(self) -> bool:
-        return any(name in self.below(name) for name in self.objects)
+        return any(name in self.carriers(name) for name in self.objects)
 
-    def levels(self, name: str, through: frozenset[str] = frozenset()) -> set[int]:
+    def levels(self, name: str) -> set[int]:
         """The levels in its stack; what is in something is at its level."""
-        if name in through:
-            return set()
         on, within = self.on(name), self.to(name, Position.IN)
         base = {1} if name in self.surveyed and not on and not within else set()
-        through |= {name}
-        higher = {level + 1 for lower in on for level in self.levels(lower, through)}
-        return base | higher | {each for outer in within for each in self.levels(outer, through)}
+        higher = {level + 1 for lower in on for level in self.levels(lower)}
+        return base | higher | {each for outer in within for each in self.levels(outer)}
 
     def is_stable(self, name: str) -> dict[str, bool]:
         size = {other: each.size for other, each in self.objects.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -21,7 +22,10 @@ COMMANDS = {
     "scene": "draw one scene and list what is known of it",
     "perceive": "find objects, relations and decisions in one real RGB-D frame",
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
+    "solve": "compute the answer sets of a domain with its history, or of a logic program",
+    "translate": "turn a domain in the action language into a program that clingo runs alone",
     "plan": "find the actions that lead from a scene to a goal",
+    "explain": "tell why a literal holds in a scene, or why not",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
@@ -39,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: the subcommand's, 2 for wrong values, 1 for any other error.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    words = list(map(_literal, sys.argv[1:] if arguments is None else arguments))
     parser = _Parser(prog="scenesense", description=ros_scenesense.__doc__)
     parser.add_argument("--version", action="version", version=ros_scenesense.__version__)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -61,6 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
+
+
+def _literal(word: str) -> str:
+    """A word as argparse should take it: `-stable(red_can)` is a literal, not an option."""
+    return f" {word}" if re.match(r"-[a-z_]\w*\(", word) else word
 
 
 if __name__ == "__main__":

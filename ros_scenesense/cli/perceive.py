@@ -57,6 +57,14 @@ def run(arguments: argparse.Namespace) -> int:
     frame = read_frame(arguments.color, arguments.depth, arguments.intrinsics, scale)
     found = perceive(frame)
     content = msgspec.json.format(msgspec.json.encode(found.report), indent=2)
+    if arguments.out is not None:
+        from ros_scenesense.demo.annotation import write_picture
+        from ros_scenesense.perceive.picture import draw
+
+        picture = arguments.out / "annotated.png"
+        write_picture(draw(frame, found.instances, found.report), picture)
+        _write(arguments.out / "perceived.json", content + b"\n")
+        print(f"written: {picture}, {arguments.out / 'perceived.json'}", file=sys.stderr)
     if arguments.json:
         print(content.decode())
     else:
@@ -67,14 +75,6 @@ def run(arguments: argparse.Namespace) -> int:
             console.print(part)
     for problem in found.report.problems:
         print(f"scenesense perceive: {problem}", file=sys.stderr)
-    if arguments.out is not None:
-        from ros_scenesense.demo.annotation import write_picture
-        from ros_scenesense.perceive.picture import draw
-
-        picture = arguments.out / "annotated.png"
-        write_picture(draw(frame, found.instances, found.report), picture)
-        _write(arguments.out / "perceived.json", content + b"\n")
-        print(f"written: {picture}, {arguments.out / 'perceived.json'}", file=sys.stderr)
     return 0
 
 

@@ -211,7 +211,8 @@ def frame_of_cloud(cloud: CloudFile, name: str) -> Frame:
     if cloud.height < 2:
         raise DatasetError(f"'{name}' is not organised: its height is 1, so points have no pixels")
     shape = (cloud.height, cloud.width)
-    x, y, z = (cloud.fields[axis].astype(np.float64).reshape(shape) for axis in "xyz")
+    with np.errstate(invalid="ignore"):  # NaN marks a pixel without a reading
+        x, y, z = (cloud.fields[axis].astype(np.float64).reshape(shape) for axis in "xyz")
     seen = np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & (z > 0.0)
     if np.count_nonzero(seen) < 100:
         raise DatasetError(f"'{name}' has fewer than 100 points with finite coordinates")

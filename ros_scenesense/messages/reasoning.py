@@ -133,20 +133,36 @@ class Query(HumanMessage, frozen=True, tag="query/1"):
 
 
 class ExplanationStep(Part, frozen=True):
-    """A node of a proof tree in pre-order: what holds, by which axiom or source."""
+    """A node of an explanation in pre-order.
+
+    `role` says what the node says of its literal: `concluded` by an axiom, `known` from a source,
+    `assumed`, `absent`, `condition`, `holds`; or, where the explanation is why not, `missing`,
+    `attempt` (an axiom that might have concluded it), `blocked`, `untrue`. `repeated` stands for
+    reasons that were told before.
+    """
 
     depth: Count
     literal: Text
+    role: Name
     axiom: Name | None = None
     source: Name | None = None
+    confidence: Probability | None = None
+    words: Text = ""
+    repeated: bool = False
 
 
 class Explanation(Message, frozen=True, tag="explanation/1"):
-    """The answer to a query, as a proof tree and in words."""
+    """The answer to a query, as a tree and in words.
+
+    `holds` tells whether the literal holds, None if the query was refused; then `text` says why.
+    Where `truncated`, the tree is longer than the steps.
+    """
 
     id: Identifier
     scene_id: Identifier | None
     literal: Text
     outcome: Literal["explained", "refused"]
+    holds: bool | None
     steps: list[ExplanationStep]
     text: Text
+    truncated: bool = False

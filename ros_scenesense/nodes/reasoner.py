@@ -7,9 +7,11 @@ from typing import Any
 
 from visualization_msgs.msg import MarkerArray
 
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
+from ros_scenesense.messages.learning import Axioms
+from ros_scenesense.messages.reasoning import Beliefs, Explanation, Knowledge, Query, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.base import StageNode
@@ -31,8 +33,17 @@ class ReasonerNode(StageNode):
             "reasoner",
             ReasonerConfiguration,
             ReasonerStage,
-            subscribes=(Scene, Relations, Objects, Labels),
-            publishes=(Beliefs, Estimates, Verdicts, Knowledge),
+            subscribes=(Scene, Relations, Objects, Labels, Axioms, Query, Goal, ActionResult),
+            publishes=(
+                Beliefs,
+                Estimates,
+                Verdicts,
+                Knowledge,
+                Explanation,
+                Plan,
+                Action,
+                Transition,
+            ),
             **node_options,
         )
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -146,6 +147,9 @@ def read_png(path: Path) -> npt.NDArray[Any]:
         raise FrameError(f"'{path}' cannot be read: {error.strerror}") from error
     if not content.startswith(_PNG):
         raise FrameError(f"'{path}' is not a PNG file: colour and depth are read from PNG alone")
+    # libpng would complain in its own words, and may take seconds for a header that is broken.
+    if not _is_intact(content):
+        raise FrameError(f"'{path}' is a damaged PNG file")
     width, height = (int.from_bytes(content[at : at + 4], "big") for at in (16, 20))
     if max(width, height) > _LARGEST_SIDE:
         raise FrameError(f"'{path}' has {width}x{height} pixels, more than {_LARGEST_SIDE} a side")
@@ -154,8 +158,25 @@ def read_png(path: Path) -> npt.NDArray[Any]:
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise FrameError(f"'{path}' is a damaged PNG file")
+        raise FrameError(f"'{path}' cannot be decoded as PNG")
     return np.asarray(pixels)
+
+
+def _is_intact(content: bytes) -> bool:
+    """Whether the chunks of a PNG file follow each other to the end, with right checksums."""
+    at, kind = len(_PNG), b""
+    while kind != b"IEND":
+        size = int.from_bytes(content[at : at + 4], "big")
+        end = at + 8 + size
+        if end + 4 > len(content):
+            return False
+        kind = content[at + 4 : at + 8]
+        if at == len(_PNG) and kind != b"IHDR":
+            return False
+        if zlib.crc32(content[at + 4 : end]) != int.from_bytes(content[end : end + 4], "big"):
+            return False
+        at = end + 4
+    return True
 
 
 def read_camera(path: Path) -> CameraFile:

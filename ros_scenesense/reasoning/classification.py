@@ -81,7 +81,7 @@ class ClassificationSession:
         """Classifies a scene.
 
         Believed is what holds in all answer sets. Where there is none, or where objects stand on
-        each other in a circle, something was perceived wrongly: CR rules withdraw the fewest
+        or in each other in a circle, something was perceived wrongly: CR rules withdraw the fewest
         perceived relations, the least trusted first, and believed is what holds whichever of
         several such explanations is right. Where that does not help either, every object is
         inconsistent.
@@ -98,7 +98,9 @@ class ClassificationSession:
             ReasoningError: If the solver fails.
         """
         outcome, answer = self._answer(facts, withheld)
-        if outcome is Outcome.NO_ANSWER_SET or cyclic_pairs(answer.supports(facts)):
+        if outcome is Outcome.NO_ANSWER_SET or cyclic_pairs(
+            [*answer.supports(facts), *facts.contained()]
+        ):
             return self._restored(facts, withheld)
         if outcome is Outcome.TIMED_OUT:
             return Classification.nothing(facts.objects, DecisionStatus.TIMED_OUT)

@@ -28,10 +28,13 @@ import yaml
 
 from ros_scenesense.errors import MessageError, ReasoningError
 from ros_scenesense.messages.codec import decode
-from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relations
+from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
 from ros_scenesense.scene import Distance, Position, Size, Surface
+
+GIVEN = "given"
+"""Source of what a description says."""
 
 TABLE = "table"
 """What objects stand on that stand on no object."""
@@ -108,7 +111,7 @@ def described_scene(content: Mapping[str, Any], source: str) -> KnownScene:
     except msgspec.ValidationError as error:
         raise ReasoningError(f"scene {source}: {error}") from error
     objects = {
-        name: SceneObject(name, each.located, each.size, each.surface)
+        name: SceneObject(name, each.located, each.size, each.surface, GIVEN, GIVEN)
         for name, each in ((n, each or DescribedObject()) for n, each in described.objects.items())
     }
     for name in objects:
@@ -153,10 +156,7 @@ def recorded_scene(content: Mapping[str, Any], source: str) -> KnownScene:
     objects, relations = found["objects"], found["relations"]
     facts, problems = SceneFacts.checked(
         map(perceived_object, objects.objects),
-        (
-            PairRelation(each.object, each.reference, each.position, each.distance)
-            for each in relations.relations
-        ),
+        map(perceived_relation, relations.relations),
     )
     if problems:
         raise ReasoningError(f"scene {source}: {problems[0].words}")
@@ -172,6 +172,23 @@ def perceived_object(each: PerceivedObject) -> SceneObject:
         located=each.box is not None,
         size=each.size.value if each.size else None,
         surface=each.surface.value if each.surface else None,
+        size_source=each.size.source if each.size else "",
+        surface_source=each.surface.source if each.surface else "",
+    )
+
+
+def perceived_relation(each: Relation) -> PairRelation:
+    """The relations of a pair as control settled on them."""
+    return PairRelation(
+        each.object,
+        each.reference,
+        # Which object hides which is a matter of the viewer, whose axes ever name the directions.
+        each.viewer_position or each.position,
+        each.distance,
+        each.position_confidence,
+        each.distance_confidence,
+        each.position_source,
+        each.distance_source,
     )
 
 
@@ -230,7 +247,9 @@ class _Pairs:
                     named = self._by_stacks(one, other, stack)
                 upper, lower, position = named
                 distance = self._distances.get(pair, Distance.NOT_TOUCHING)
-                yield PairRelation(upper, lower, position, distance)
+                yield PairRelation(
+                    upper, lower, position, distance, position_source=GIVEN, distance_source=GIVEN
+                )
 
     def _place(self, one: str, other: str, position: Position, where: str, text: str) -> None:
         pair = frozenset((one, other))

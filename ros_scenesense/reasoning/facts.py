@@ -126,6 +126,12 @@ class SceneFacts:
         relations = tuple(relation for relation in pairs.values() if relation is not None)
         return cls(tuple(kept.values()), relations), problems
 
+    def contained(self) -> list[tuple[str, str]]:
+        """Pairs (inner, outer) of which one is in the other."""
+        return [
+            (each.object, each.reference) for each in self.relations if each.position is Position.IN
+        ]
+
     def perceived(self, used: Collection[Signature]) -> list[PerceivedRelation]:
         """The single relations that a program asks for, in the order of the pairs."""
         named = {member: name for member, name in RELATIONS.items() if (name, 2) in used}

@@ -147,7 +147,7 @@ class Program:
             )
         description = self.description
         for identifier, text in axioms.items():
-            description = _with_axiom(description, identifier, text)
+            description = with_axiom(description, identifier, text)
         return Program.of(description)
 
     def without(self, ids: Collection[str]) -> Program:
@@ -213,7 +213,8 @@ class Messages:
     def take(self, code: clingo.MessageCode, text: str) -> None:
         """The logger to hand to clingo."""
         del code
-        self.words.append(text.strip().replace("<string>", self._source))
+        words = text.strip().replace("<string>", self._source)
+        self.words.append(words.replace("<block>", self._source))
 
     def __enter__(self) -> Messages:
         return self
@@ -270,7 +271,12 @@ DERIVED_RELATIONS = ("on",)
 """Relations between two objects that domains define; they tell the structures."""
 
 
-def _with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
+def with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
+    """A domain with one more state constraint or default, such as a learned one.
+
+    Raises:
+        LanguageError: If the text is broken or says something else, or the id is taken.
+    """
     check_name(identifier)
     source = f"axiom {identifier}"
     if identifier in description.ids:

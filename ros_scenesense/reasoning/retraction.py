@@ -16,7 +16,7 @@ import clingo
 
 from ros_scenesense.reasoning.facts import PerceivedRelation, SceneFacts
 from ros_scenesense.reasoning.program import Messages, Selection, add, read_program
-from ros_scenesense.reasoning.solving import CAUTIOUS, Outcome, solve
+from ros_scenesense.reasoning.solving import CAUTIOUS, QUIET, Consequences, Outcome, solve
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,14 @@ class Retraction:
     Attributes:
         outcome: NO_ANSWER_SET if withdrawing relations does not help.
         believed: Shown atoms that hold in all best explanations.
-        relations: Relations that are withdrawn in one of the best explanations.
+        relations: Relations that are withdrawn in one of the best explanations at least.
+        chosen: Of these, indices among the perceived relations, those of one best explanation.
     """
 
     outcome: Outcome
     believed: Sequence[clingo.Symbol] = ()
     relations: tuple[PerceivedRelation, ...] = ()
+    chosen: frozenset[int] = frozenset()
 
 
 def retract(
@@ -43,27 +45,43 @@ def retract(
         facts: The scene.
         selection: The statements in force.
         source: Name of the program, for messages.
-        time_limit_s: Limit of each of two searches.
+        time_limit_s: Limit of each of three searches.
 
     Raises:
         ReasoningError: If the solver fails.
     """
     with Messages(source) as messages:
-        control = clingo.Control(CAUTIOUS, logger=messages.take)
-        add(selection.open, control)
-        control.add("base", [], read_program("retraction.lp"))
-        control.add("base", [], facts.render(selection, retractable=True))
-        control.ground()
+        control = _grounded(facts, selection, CAUTIOUS, messages)
         surely = solve(control, time_limit_s)
         if surely.outcome is not Outcome.FOUND:
             return Retraction(surely.outcome)
         configuration: Any = control.configuration.solve
         configuration.enum_mode = "brave"
         perhaps = solve(control, time_limit_s)
-        if perhaps.outcome is not Outcome.FOUND:
-            return Retraction(perhaps.outcome)
+        # The last of its models is a best one.
+        one = solve(_grounded(facts, selection, QUIET, messages), time_limit_s)
+        for each in (perhaps, one):
+            if each.outcome is not Outcome.FOUND:
+                return Retraction(each.outcome)
     relations = facts.perceived(selection.used)
-    withdrawn = sorted(
-        symbol.arguments[0].number for symbol in perhaps.symbols if symbol.name == "retracted"
+    return Retraction(
+        Outcome.FOUND,
+        believed=surely.symbols,
+        relations=tuple(relations[index] for index in sorted(_withdrawn(perhaps))),
+        chosen=frozenset(_withdrawn(one)),
     )
-    return Retraction(Outcome.FOUND, surely.symbols, tuple(relations[index] for index in withdrawn))
+
+
+def _grounded(
+    facts: SceneFacts, selection: Selection, arguments: Sequence[str], messages: Messages
+) -> clingo.Control:
+    control = clingo.Control(arguments, logger=messages.take)
+    add(selection.open, control)
+    control.add("base", [], read_program("retraction.lp"))
+    control.add("base", [], facts.render(selection, retractable=True))
+    control.ground()
+    return control
+
+
+def _withdrawn(consequences: Consequences) -> list[int]:
+    return [each.arguments[0].number for each in consequences.symbols if each.name == "retracted"]

@@ -92,7 +92,7 @@ class FeedbackDesk:
         )
         entry = Entry(
             id=feedback.id or None,
-            stamp_ns=now_ns,
+            stamp_ns=feedback.stamp.nanoseconds if feedback.stamp else now_ns,
             scene_id=scene_id,
             statement=statement,
             grounded=grounded,

@@ -155,8 +155,11 @@ class GroundingStage:
     def _learn(self, update: MsrUpdate) -> list[Outgoing]:
         """Merges evidence; what was before or comes too early changes nothing."""
         start = time.perf_counter()
+        if update.id <= self._store.applied:
+            self.health.count("repeated")
+            return []
         if not self._store.apply(update):
-            self.health.count("updates_not_next")
+            self.health.count("updates_not_applied")
             return []
         self.health.count("updates_applied")
         elapsed_ms = (time.perf_counter() - start) * 1e3

@@ -153,7 +153,7 @@ class GroundingStore:
                 record = self._record(sample.scene_id)
             example = None if record is None else record.example(sample)
             if example is None:
-                self._health.count("evidence_without_scene")
+                self._miss(sample)
             elif example.source is Source.HUMAN:
                 taken_back |= self._tell(sample, example, update.agreement_dropped)
                 examples.append(example)
@@ -161,6 +161,17 @@ class GroundingStore:
                 examples.append(example)
         memory.learn(examples, update.agreement_dropped)
         return self._told_again(memory) if taken_back else memory
+
+    def _miss(self, sample: MsrSample) -> None:
+        if sample.source != "human":
+            self._health.count("evidence_without_scene")
+            return
+        self._health.problem(
+            "word_without_scene",
+            f"what a person said of '{sample.object}' and '{sample.reference}' in scene "
+            f"{sample.scene_id} teaches nothing: what was seen of them is not remembered; give "
+            "grounding and grounding_control the same remembered_scenes",
+        )
 
     def _is_new(self, sample: MsrSample) -> bool:
         """Whether a pair of a scene teaches for the first time; notes that it did."""

@@ -62,12 +62,15 @@ def ground_scene(
         memory: Gives the metric model, and by how much the axes of people are turned from these.
     """
     names = list(clouds)
+    extents = _extents(clouds, axes)
     # What is hidden depends on where the camera is and looks, not on whose left and right it is.
     # The camera is the origin however its axes are turned.
-    seen = _extents(clouds, gravity_axes(axes.rows[2]))
+    seen = extents
+    if axes.name is not NamingFrame.VIEWER:
+        seen = _extents(clouds, gravity_axes(axes.rows[2]))
     distances = measure_distances(seen, _CAMERA, rule)
     turned = axes.turned(memory.yaw_rad)
-    named = _extents(clouds, turned)
+    named = extents if turned is axes else _extents(clouds, turned)
     by_rule = ground_pairs(named, distances, _CAMERA, rule)
     histograms = describe(named, distances, _CAMERA, memory.yaw_rad)
     learned = memory.model.ground(histograms)
@@ -84,7 +87,7 @@ def ground_scene(
         )
         for (i, j), said in by_rule.items()
     ]
-    return GroundedPairs(pairs, names, _extents(clouds, axes), histograms)
+    return GroundedPairs(pairs, names, extents, histograms)
 
 
 _CAMERA = np.zeros(3)

@@ -1,0 +1,136 @@
+"""The answer sets of a whole program: what `scenesense solve` computes.
+
+Only optimal answer sets are answers, and those that agree on what is shown are one. A program with
+CR rules is solved without them first; they come in only where it has no answer set, and then as few
+as possible are applied (CR-Prolog, paper section on ASP; the program minimises them above all).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import clingo
+
+from ros_scenesense.reasoning.program import Messages
+
+
+class Outcome(StrEnum):
+    """How solving ended."""
+
+    SATISFIABLE = "satisfiable"
+    UNSATISFIABLE = "unsatisfiable"
+    TIMED_OUT = "timed out"
+
+
+@dataclass(frozen=True)
+class Question:
+    """A program and what is asked of it.
+
+    Attributes:
+        text: Program text; our own or generated.
+        files: Paths of programs, which are read where they stand.
+        restoring: Whether the program has CR rules, which its constant `restore` switches.
+        models: How many answer sets to find; 0 for all.
+        optimize: Whether only optimal answer sets are answers, if the program optimises.
+        constants: Values of the program's constants, as `name=value`.
+        time_limit_s: Time for all of it. The search ends in time; grounding cannot be interrupted,
+            so whoever asks has to be ready to kill the process.
+    """
+
+    text: str = ""
+    files: tuple[str, ...] = ()
+    restoring: bool = False
+    models: int = 1
+    optimize: bool = True
+    constants: tuple[str, ...] = ()
+    time_limit_s: float = 60.0
+
+
+@dataclass(frozen=True)
+class AnswerSets:
+    """The answer to a question.
+
+    Attributes:
+        outcome: How it ended.
+        sets: The answer sets, each as the sorted texts of its shown literals.
+        costs: What the program minimises, by falling priority; empty if it does not.
+        complete: Whether there are no more answer sets than these.
+        restored: Whether CR rules had to come in.
+        messages: What clingo had to say about the program.
+    """
+
+    outcome: Outcome
+    sets: tuple[tuple[str, ...], ...] = ()
+    costs: tuple[int, ...] = ()
+    complete: bool = False
+    restored: bool = False
+    messages: tuple[str, ...] = ()
+
+
+class AnswerSetEngine:
+    """Solves programs; remembers nothing between two calls."""
+
+    def solve(self, question: Question) -> AnswerSets:
+        """Grounds and solves.
+
+        Raises:
+            ReasoningError: If the program is broken or the solver fails; the text says where.
+        """
+        deadline = time.monotonic() + question.time_limit_s
+        if not question.restoring:
+            return _solve(question, deadline, ())
+        plain = _solve(question, deadline, ("-c", "restore=0"))
+        if plain.outcome is not Outcome.UNSATISFIABLE:
+            return plain
+        restored = _solve(question, deadline, ("-c", "restore=1"))
+        return restored if restored.outcome is Outcome.UNSATISFIABLE else _with_cr(restored)
+
+
+def _with_cr(answers: AnswerSets) -> AnswerSets:
+    return AnswerSets(
+        answers.outcome, answers.sets, answers.costs, answers.complete, True, answers.messages
+    )
+
+
+def _solve(question: Question, deadline: float, switches: Sequence[str]) -> AnswerSets:
+    mode = "optN" if question.optimize or question.restoring else "ignore"
+    arguments = ["0", f"--opt-mode={mode}", *switches]
+    for constant in question.constants:
+        arguments += ["-c", constant]
+    with Messages("program") as messages:
+        control = clingo.Control(arguments, logger=messages.take)
+        for path in question.files:
+            control.load(path)
+        if question.text:
+            control.add("base", [], question.text)
+        control.ground()
+        answers = _search(control, question, deadline)
+    return AnswerSets(
+        answers.outcome, answers.sets, answers.costs, answers.complete, False, tuple(messages.words)
+    )
+
+
+def _search(control: clingo.Control, question: Question, deadline: float) -> AnswerSets:
+    found: dict[tuple[str, ...], None] = {}
+    costs: tuple[int, ...] = ()
+    with control.solve(yield_=True, async_=True) as handle:
+        while True:
+            handle.resume()
+            if not handle.wait(max(0.0, deadline - time.monotonic())):
+                handle.cancel()
+                return AnswerSets(Outcome.TIMED_OUT, tuple(found), costs)
+            model = handle.model()
+            if model is None:
+                break
+            if model.cost and question.optimize | question.restoring:
+                if not model.optimality_proven:
+                    continue
+                costs = tuple(model.cost)
+            found[tuple(map(str, sorted(model.symbols(shown=True))))] = None
+            if len(found) == question.models:
+                return AnswerSets(Outcome.SATISFIABLE, tuple(found), costs)
+    outcome = Outcome.SATISFIABLE if found else Outcome.UNSATISFIABLE
+    return AnswerSets(outcome, tuple(found), costs, complete=True)
