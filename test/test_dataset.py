@@ -12,16 +12,17 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
+from mesh_samples import write_cube
 
 from ros_scenesense.cli import main as cli
-from ros_scenesense.errors import DatasetError, ParameterError
+from ros_scenesense.errors import DatasetError, ParameterError, SimulationError
 from ros_scenesense.geometry import Intrinsics, look_at
 from ros_scenesense.messages.scenes import KnownObject, ObjectLabel
 from ros_scenesense.results import read_result
 from ros_scenesense.scene import Distance, Position, Size, Surface, Truth
 from ros_scenesense.simulation.arrangements import Arrangement
 from ros_scenesense.simulation.dataset.folder import DatasetFolder
-from ros_scenesense.simulation.dataset.generation import generate
+from ros_scenesense.simulation.dataset.generation import generate, make_scenes
 from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
 from ros_scenesense.simulation.dataset.plan import UNSTABLE_OF_20, Draw, wish_for
@@ -31,6 +32,7 @@ from ros_scenesense.simulation.dataset.situations import situations
 from ros_scenesense.simulation.dataset.statistics import statistics
 from ros_scenesense.simulation.dataset.verification import verify
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.object_sources import objects_fingerprint
 from ros_scenesense.simulation.relations import ExactRelation
 
 CONFIGURATION = SimulationConfiguration(width=64, height=64, shadows=False)
@@ -198,6 +200,49 @@ def test_damaged_metadata_can_be_replaced(finished: Path, dataset: Path) -> None
         generate(dataset, small(seed=4))
     assert generate(dataset, small()) == 0
     assert content(dataset) == content(finished)
+
+
+TIN = """
+- name: tin
+  shape: tin
+  size: small
+  surface: flat
+  mass_kg: 0.2
+  mesh: {file: tin.obj, parts: tin.obj}
+"""
+
+
+def test_a_resume_with_changed_objects_is_refused(tmp_path: Path) -> None:
+    objects, path = tmp_path / "objects", tmp_path / "dataset"
+    write_cube(objects / "tin.obj", 0.05)
+    (objects / "tin.yaml").write_text(TIN)
+    configuration = dataclasses.replace(CONFIGURATION, objects_dir=str(objects))
+
+    def described() -> Metadata:
+        return describe(configuration, DatasetOptions(count=1))
+
+    first = described()
+    generate(path, first)
+    before = content(path)
+    # A comment changes nothing, a mass or a mesh does.
+    (objects / "tin.yaml").write_text("# mine\n" + TIN)
+    assert generate(path, described()) == 0
+    (objects / "tin.yaml").write_text(TIN.replace("0.2", "0.3"))
+    with pytest.raises(DatasetError, match=r"is another dataset: its objects were others"):
+        generate(path, described())
+    (objects / "tin.yaml").write_text(TIN)
+    write_cube(objects / "tin.obj", 0.06)
+    with pytest.raises(DatasetError, match=r"its objects were others.*objects_dir"):
+        generate(path, described())
+    with pytest.raises(DatasetError, match="has other objects"):
+        make_scenes(first, [0])
+    assert content(path) == before
+    # The same objects elsewhere are the same objects.
+    moved = objects.rename(tmp_path / "moved")
+    write_cube(moved / "tin.obj", 0.05)
+    assert objects_fingerprint(str(moved)) == first.objects
+    with pytest.raises(SimulationError, match="gone is not there"):
+        describe(dataclasses.replace(CONFIGURATION, ycb_dir="gone"), DatasetOptions())
 
 
 def test_folders_of_something_else_are_left_alone(dataset: Path, tmp_path: Path) -> None:

@@ -265,9 +265,9 @@ def test_a_ledger_that_cannot_be_written_refuses_and_keeps_the_trust(tmp_path, s
     assert result.outcome == "refused"
     assert "could not be written" in result.reason
     assert stage.control.state == before
-    relations = only(Relations, stage.handle(groundings("s-1"), SECOND))
+    relations = only(Relations, stage.handle(groundings("s-1", applied_update=1), SECOND))
     assert len(relations) == 1
-    assert stage.health.counters["not_remembered"] == 2
+    assert stage.health.counters["not_remembered"] == 3
     other.execute("ROLLBACK")
     assert told(stage, "right a b").outcome == "accepted"
 
@@ -328,3 +328,40 @@ def test_what_counts_is_the_last_word_on_each_pair_whatever_happens_between(
         (one.relation, one.object, one.reference, key[0]) for key, one in standing.items()
     }
     stage.close()
+
+
+def test_a_scene_that_cannot_be_read_is_reported_and_its_feedback_refused(tmp_path):
+    stage = control(state_dir=str(tmp_path))
+    stage.handle(groundings("s-0"), SECOND)
+    with sqlite3.connect(tmp_path / "control.db") as connection:
+        connection.execute("UPDATE content SET groundings = x'00', relations = x'00'")
+    connection.close()
+    assert told(stage, "left a b").outcome == "refused"
+    assert stage.health.counters["state_unreadable"] == 1
+    stage.close()
+    again = control(state_dir=str(tmp_path))
+    assert again.handle(groundings("s-0"), SECOND) == []
+    assert again.health.counters["state_unreadable"] == 1
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE trust SET message = '{}'",
+        "UPDATE msr_update SET message = 'nonsense'",
+        "UPDATE feedback SET grounded = '[]'",
+        "UPDATE feedback SET relation = 'beside'",
+    ],
+)
+def test_a_ledger_with_nonsense_in_it_is_set_aside(tmp_path, damage):
+    stage = control(state_dir=str(tmp_path))
+    stage.handle(groundings("s-0"), SECOND)
+    told(stage, "right a b")
+    stage.close()
+    with sqlite3.connect(tmp_path / "control.db") as connection:
+        connection.execute(damage)
+    connection.close()
+    again = control(state_dir=str(tmp_path))
+    assert again.health.counters["state_set_aside"] == 1
+    assert (tmp_path / "control.db.broken-1").exists()
+    assert again.control.state.feedback_count == 0

@@ -103,8 +103,9 @@ def test_after_the_camera_moved_people_teach_the_robot_its_directions_again(tmp_
     again.pipeline.close()
 
 
-def test_some_wrong_words_do_no_harm():
-    loop = Loop()
+@pytest.mark.parametrize("mode", ["switch", "arbiter"])
+def test_some_wrong_words_do_no_harm(mode):
+    loop = Loop(mode=mode)
     others = list(Position)[3:]
     for number in range(20):
         _, truth = loop.show(0.0)

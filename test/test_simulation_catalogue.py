@@ -9,6 +9,7 @@ import platformdirs
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mesh_samples import write_cube, write_ycb
 
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.scene import Surface
@@ -18,7 +19,7 @@ from ros_scenesense.simulation.engine import SimulationConfiguration, Simulation
 from ros_scenesense.simulation.forms import make_form
 from ros_scenesense.simulation.mesh_files import read_groups
 from ros_scenesense.simulation.object_files import Color, MarkSpec, RevolvedSpec, TubeSpec
-from ros_scenesense.simulation.painting import HEIGHT, WIDTH, paint, read_texture, write_png
+from ros_scenesense.simulation.painting import HEIGHT, WIDTH, paint, read_texture
 from ros_scenesense.simulation.revolved import revolved_mesh, revolved_parts
 
 CATALOGUE = load_catalogue()
@@ -57,40 +58,6 @@ def volume(mesh: meshes.Mesh) -> float:
     corners = mesh.vertices[mesh.triangles]
     cross = np.cross(corners[:, 1], corners[:, 2])
     return float(np.einsum("ij,ij->", corners[:, 0], cross) / 6.0)
-
-
-def write_cube(path: Path, edge: float, corner: float = 0.0, header: str = "") -> None:
-    """A cube from one corner to the other, as an OBJ of squares with places in a texture."""
-    cube = meshes.box((edge, edge, edge))
-    points = cube.vertices + edge / 2.0 + corner
-    lines = [header, *(f"v {x:g} {y:g} {z:g}" for x, y, z in points)]
-    lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
-    lines += [
-        " ".join(["f", *(f"{4 * side + k + 1}/{k + 1}" for k in range(4))]) for side in range(6)
-    ]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines))
-
-
-def write_ply(path: Path, edge: float, encoding: str) -> None:
-    cube = meshes.box((edge, edge, edge))
-    count = len(cube.vertices)
-    header = f"ply\nformat {encoding} 1.0\nelement vertex {count}\nproperty float x\n"
-    header += "property float y\nproperty float z\nproperty uchar red\n"
-    header += "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
-    if encoding == "ascii":
-        rows = [f"{x} {y} {z} 9" for x, y, z in cube.vertices]
-        rows += ["3 {} {} {}".format(*triangle) for triangle in cube.triangles]
-        body = "\n".join(rows).encode()
-    else:
-        order = "<" if "little" in encoding else ">"
-        vertex = np.dtype([("place", order + "f4", (3,)), ("red", "u1")])
-        face = np.dtype([("count", "u1"), ("corners", order + "i4", (3,))])
-        vertices, faces = np.zeros(count, vertex), np.zeros(12, face)
-        vertices["place"], faces["count"], faces["corners"] = cube.vertices, 3, cube.triangles
-        body = vertices.tobytes() + faces.tobytes()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(header.encode() + body)
 
 
 def test_the_papers_nine_kinds_are_there() -> None:
@@ -276,20 +243,6 @@ def test_stacks_must_have_something_to_begin_with(tmp_path: Path) -> None:
         load_file(tmp_path, text)
 
 
-def write_ycb(folder: Path) -> Path:
-    """A YCB folder of cubes of 8 cm, far from the origin, in each of its layouts."""
-    write_cube(folder / "013_apple/google_16k/textured.obj", 0.08, 0.3, "mtllib textured.mtl")
-    (folder / "013_apple/google_16k/textured.mtl").write_text("newmtl a\nmap_Kd texture_map.png\n")
-    image = np.zeros((600, 600, 3), np.uint8)
-    image[..., 0] = 200
-    write_png(folder / "013_apple/google_16k/texture_map.png", image)
-    write_ply(folder / "019_pitcher_base/google_16k/nontextured.ply", 0.08, "binary_little_endian")
-    write_ply(folder / "006_mustard_bottle/tsdf/nontextured.ply", 0.08, "binary_big_endian")
-    write_ply(folder / "025_mug/google_16k/nontextured.ply", 0.08, "ascii")
-    write_cube(folder / "003_cracker_box/textured.obj", 0.08, -0.1)
-    return folder
-
-
 def test_ycb_meshes_take_the_place_of_their_stand_ins(tmp_path: Path, cache: Path) -> None:
     folder = write_ycb(tmp_path / "ycb")
     catalogue = load_catalogue(ycb_dir=str(folder))
@@ -361,6 +314,68 @@ def test_what_is_wrong_in_a_ycb_folder_is_named(tmp_path: Path) -> None:
         load_catalogue(ycb_dir=str(folder))
     (apple / "textured.obj").unlink()
     with pytest.raises(SimulationError, match=r"013_apple/google_16k/textured\.obj is missing"):
+        load_catalogue(ycb_dir=str(folder))
+
+
+def test_a_folder_as_it_is_handed_out_is_read(tmp_path: Path, cache: Path) -> None:
+    """Windows line ends, comments, groups, normals, and files that are not needed."""
+    folder = write_ycb(tmp_path / "ycb")
+    apple = folder / "013_apple/google_16k"
+    text = (apple / "textured.obj").read_text()
+    faces = re.sub(r"(\d+)/(\d+)", r"\1/\2/1", text).replace("f ", "usemtl material_0\nf ", 1)
+    faces = faces.replace("vt 0 0", "vn 0 0 1\nvt 0 0", 1)
+    (apple / "textured.obj").write_text("# made elsewhere\n" + faces, newline="\r\n")
+    (apple / "textured.mtl").write_text(
+        "# Blender\n\nnewmtl material_0\nNs 0.0\nKd 0.8 0.8 0.8\nillum 2\nmap_Kd texture_map.png\n",
+        newline="\r\n",
+    )
+    for name in ("nontextured.stl", "nontextured.ply", "textured.dae", "kinbody.xml"):
+        (apple / name).write_bytes(b"not read")
+    (folder / "077_rubiks_cube").mkdir()
+    catalogue = load_catalogue(ycb_dir=str(folder))
+    item = catalogue["apple"]
+    assert item.measures.width_m == pytest.approx(0.08, abs=1e-6)
+    assert catalogue.looks(item).texture == (apple / "texture_map.png").resolve()
+    assert item.mass_kg == CATALOGUE["apple"].mass_kg
+    # The second time the decomposition is there.
+    kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*.obj")}
+    load_catalogue(ycb_dir=str(folder))
+    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.obj")} == kept
+
+
+@pytest.mark.usefixtures("cache")
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("013_apple/google_16k/textured.mtl", None, r"material of mesh .*textured\.obj cannot be"),
+        ("013_apple/google_16k/textured.obj", b"\xff\xfe\x00", r"apple.*textured\.obj cannot be"),
+        ("025_mug/google_16k/nontextured.ply", b"ply\nformat ascii", r"mug.*nontextured\.ply"),
+        (
+            "025_mug/google_16k/nontextured.ply",
+            None,
+            r"025_mug/google_16k/textured\.obj is missing",
+        ),
+        ("003_cracker_box/textured.obj", b"", r"cracker_box.*textured\.obj cannot be read"),
+    ],
+)
+def test_a_missing_or_broken_ycb_file_is_one_line(
+    tmp_path: Path, name: str, content: bytes | None, words: str
+) -> None:
+    folder = write_ycb(tmp_path)
+    if content is None:
+        (folder / name).unlink()
+    else:
+        (folder / name).write_bytes(content)
+    with pytest.raises(SimulationError, match=words) as caught:
+        load_catalogue(ycb_dir=str(folder))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_truncated_mesh_is_named(tmp_path: Path) -> None:
+    folder = write_ycb(tmp_path)
+    pitcher = folder / "019_pitcher_base/google_16k/nontextured.ply"
+    pitcher.write_bytes(pitcher.read_bytes()[:-30])
+    with pytest.raises(SimulationError, match=r"nontextured\.ply cannot be read"):
         load_catalogue(ycb_dir=str(folder))
 
 

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ros_scenesense.errors import SimulationError
-from ros_scenesense.resources import resource
 from ros_scenesense.scene import Size, Surface
 from ros_scenesense.simulation.forms import Form, Measures, make_form, measure
-from ros_scenesense.simulation.object_files import Color, MarkSpec, ObjectSpec, read_objects
+from ros_scenesense.simulation.object_files import Color, MarkSpec, ObjectSpec
+from ros_scenesense.simulation.object_sources import object_specs
 from ros_scenesense.simulation.rooms import Room, measure_room
-from ros_scenesense.simulation.ycb import replace_by_ycb
 
 
 @dataclass(frozen=True)
@@ -128,11 +127,7 @@ def load_catalogue(objects_dir: str = "", ycb_dir: str = "") -> Catalogue:
         SimulationError: If a data file or a mesh is missing or wrong, or the objects are too few
             to draw scenes from.
     """
-    specs = read_objects(resource("config", "objects"))
-    if objects_dir:
-        specs |= read_objects(Path(objects_dir))
-    if ycb_dir:
-        specs = replace_by_ycb(specs, Path(ycb_dir))
+    specs = object_specs(objects_dir, ycb_dir)
     catalogue = Catalogue({name: _entry(spec, file) for name, (spec, file) in specs.items()})
     _check_choice(catalogue)
     return catalogue

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pybullet_data
 from scipy.spatial import ConvexHull
 
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.simulation import meshes
 from ros_scenesense.simulation.convex import decomposed, mass_properties
-from ros_scenesense.simulation.mesh_files import read_groups, read_mesh
+from ros_scenesense.simulation.mesh_files import find_mesh, read_groups, read_mesh
 from ros_scenesense.simulation.meshes import Float, Mesh
 from ros_scenesense.simulation.object_files import (
     BoxSpec,
@@ -128,7 +127,7 @@ def _boards(size_m: tuple[float, float, float], wall_m: float) -> list[Mesh]:
 
 
 def _from_files(spec: MeshSpec, folder: Path) -> Form:
-    path = _find(spec.file, folder)
+    path = find_mesh(spec.file, folder)
     turn = spec.scale * (_FROM_Y_UP if spec.up == "y" else np.eye(3))
     mesh = read_mesh(path)
     vertices = mesh.vertices @ turn.T
@@ -140,16 +139,8 @@ def _from_files(spec: MeshSpec, folder: Path) -> Form:
     mesh = replace(mesh, vertices=vertices, normals=mesh.normals @ turn.T / spec.scale)
     if not spec.parts:
         return _centred(mesh, decomposed(mesh, path), path)
-    parts_path = _find(spec.parts, folder)
+    parts_path = find_mesh(spec.parts, folder)
     return _centred(mesh, [part @ turn.T for part in read_groups(parts_path)], parts_path)
-
-
-def _find(name: str, folder: Path) -> Path:
-    """A file beside the data file, or one of Bullet's own."""
-    for base in (folder, Path(pybullet_data.getDataPath())):
-        if (base / name).is_file():
-            return base / name
-    raise SimulationError(f"mesh {folder / name} is missing: put it there or correct its name")
 
 
 def _centred(mesh: Mesh, parts: list[Float], origin: Path | None = None) -> Form:

@@ -7,11 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import pybullet_data
 
 from ros_scenesense.errors import SimulationError
 from ros_scenesense.simulation.meshes import Float, Mesh, smooth_normals
 
 Triangles = npt.NDArray[np.int64]
+
+
+def find_mesh(name: str, folder: Path) -> Path:
+    """A mesh file beside a data file, or one of Bullet's own.
+
+    Raises:
+        SimulationError: If there is none.
+    """
+    for base in (folder, Path(pybullet_data.getDataPath())):
+        if (base / name).is_file():
+            return base / name
+    raise SimulationError(f"mesh {folder / name} is missing: put it there or correct its name")
 
 
 def read_mesh(path: Path) -> Mesh:

@@ -7,14 +7,16 @@ process is killed. What is to be published is written first.
 from __future__ import annotations
 
 import json
+import sqlite3
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
+from ros_scenesense.errors import MessageError
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.grounding import (
@@ -29,6 +31,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file
 from ros_scenesense.stages.statements import Statement, relation_named
 
+# Also to be raised, with a migration, when a message that is kept gets a new version.
 _VERSION = 1
 _SCHEMA = """
 CREATE TABLE scene (
@@ -67,6 +70,11 @@ CREATE TABLE msr_update (
     message TEXT NOT NULL
 );
 """
+# No histograms are so much older than their ledger: ids must stay small enough to be counted on.
+_LARGEST_STEP = 10**9
+
+Content = TypeVar("Content", Groundings, Relations)
+
 _SCENE_IDS = 10_000
 """So many scenes are recognised when they come again, long after their content is forgotten."""
 
@@ -106,7 +114,8 @@ class ControlLedger:
     """
 
     def __init__(self, path: Path, health: Health, remembered_scenes: int) -> None:
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, _VERSION, health, check=_check)
+        self._health = health
         self._remembered_scenes = remembered_scenes
 
     def close(self) -> None:
@@ -119,17 +128,11 @@ class ControlLedger:
 
     def groundings(self, scene_id: str) -> Groundings | None:
         """The groundings of a scene; None if it is unknown or too old."""
-        row = self._one(
-            "SELECT groundings FROM content JOIN scene USING (number) WHERE scene_id = ?", scene_id
-        )
-        return None if row is None else decode(zlib.decompress(row[0]), Groundings)
+        return self._content("groundings", Groundings, scene_id)
 
     def relations(self, scene_id: str) -> Relations | None:
         """The relations that were settled on in a scene; None if it is unknown or too old."""
-        row = self._one(
-            "SELECT relations FROM content JOIN scene USING (number) WHERE scene_id = ?", scene_id
-        )
-        return None if row is None else decode(zlib.decompress(row[0]), Relations)
+        return self._content("relations", Relations, scene_id)
 
     def scenes(self) -> Iterator[tuple[str, list[str]]]:
         """The ids of the remembered scenes with the objects located there, newest first."""
@@ -263,17 +266,36 @@ class ControlLedger:
 
     def applied(self, last: int) -> None:
         """All updates up to this id are applied; no new one gets an id up to it."""
-        first = self._one("SELECT min(id) FROM msr_update")
-        if last <= self.last_update() and (first is None or first[0] is None or first[0] > last):
+        newest = self.last_update()
+        if last > newest + _LARGEST_STEP:
+            words = f"groundings say that update {last} is applied, of which the last is {newest}"
+            self._health.problem("update_unknown", words)
             return
-        with self._connection:
-            self._connection.execute("DELETE FROM msr_update WHERE id <= ?", (last,))
-            if last > self.last_update():
-                # This file is younger than the histograms: their ids are not to be used again.
-                self._connection.execute(
-                    "INSERT INTO msr_update (id, message) VALUES (?, '')", (last,)
-                )
-                self._connection.execute("DELETE FROM msr_update WHERE id = ?", (last,))
+        try:
+            with self._connection:
+                self._connection.execute("DELETE FROM msr_update WHERE id <= ?", (last,))
+                if last > newest:
+                    # This file is younger than the histograms: their ids are not to be used again.
+                    self._connection.execute(
+                        "INSERT INTO msr_update (id, message) VALUES (?, '')", (last,)
+                    )
+                    self._connection.execute("DELETE FROM msr_update WHERE id = ?", (last,))
+        except sqlite3.Error as error:
+            words = f"what is applied could not be written to control.db: {error}"
+            self._health.problem("not_remembered", words)
+
+    def _content(self, column: str, kind: type[Content], scene_id: str) -> Content | None:
+        row = self._one(
+            f"SELECT {column} FROM content JOIN scene USING (number) WHERE scene_id = ?", scene_id
+        )
+        if row is None:
+            return None
+        try:
+            return decode(zlib.decompress(row[0]), kind)
+        except (MessageError, zlib.error) as error:
+            words = f"{column} of scene {scene_id} in control.db cannot be read: {error}"
+            self._health.problem("state_unreadable", words)
+            return None
 
     def _append(self, stamp: Stamp, samples: Sequence[MsrSample], agreement_dropped: bool) -> None:
         number = self.last_update() + 1
@@ -306,6 +328,18 @@ def _entry(row: Sequence[Any]) -> Entry:
         grounded=msgspec.json.decode(grounded, type=_GROUNDED),
         passed_on=bool(passed_on),
     )
+
+
+def _check(connection: sqlite3.Connection) -> None:
+    """Reads all that the stage cannot do without."""
+    try:
+        for row in connection.execute(f"SELECT {_ENTRY} FROM feedback"):
+            _entry(row)
+        for kind, table in ((Trust, "trust"), (MsrUpdate, "msr_update")):
+            for (message,) in connection.execute(f"SELECT message FROM {table}"):
+                decode(message, kind)
+    except (MessageError, msgspec.MsgspecError, ValueError) as error:
+        raise sqlite3.DatabaseError(f"a row cannot be read: {error}") from error
 
 
 _GROUNDED = tuple[PairGrounding | None, PairGrounding | None]

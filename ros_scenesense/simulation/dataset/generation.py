@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import lru_cache, partial
@@ -23,6 +24,7 @@ from ros_scenesense.simulation.dataset.metadata import Metadata
 from ros_scenesense.simulation.dataset.plan import wish_for
 from ros_scenesense.simulation.dataset.record import record_of
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.object_sources import objects_fingerprint
 
 Report = Callable[[int, int], None]
 """Takes the number of scenes that are there and of those that shall be, after each scene."""
@@ -94,8 +96,13 @@ def write_missing(
 
 
 def make_scenes(metadata: Metadata, indices: Sequence[int]) -> list[MadeScene]:
-    """Makes these scenes of a dataset, ready to be written: the job of a worker process."""
-    engine = _engine_of_worker(metadata.configuration)
+    """Makes these scenes of a dataset, ready to be written: the job of a worker process.
+
+    Raises:
+        DatasetError: If the objects here are not those of the dataset.
+        SimulationError: If a scene cannot be made.
+    """
+    engine = _engine_of_worker(metadata.configuration, metadata.objects)
     return [make_scene(engine, metadata, index) for index in indices]
 
 
@@ -114,8 +121,14 @@ _SCENES_PER_WORKER = 2000
 
 
 @lru_cache(maxsize=1)
-def _engine_of_worker(configuration: SimulationConfiguration) -> SimulationEngine:
+def _engine_of_worker(configuration: SimulationConfiguration, objects: str) -> SimulationEngine:
     """Kept from job to job, for Bullet never gives back the memory of an engine's meshes."""
+    here = objects_fingerprint(configuration.objects_dir, configuration.ycb_dir)
+    if here != objects:
+        raise DatasetError(
+            f"{platform.node()} has other objects in objects_dir, ycb_dir or config/objects than "
+            "the machine that writes the dataset: copy them there"
+        )
     return SimulationEngine(configuration)
 
 

@@ -14,6 +14,7 @@ from ros_scenesense.parameters import parameter, parameters_of
 from ros_scenesense.simulation.dataset.images import DEPTH_UNIT_M
 from ros_scenesense.simulation.dataset.plan import Draw
 from ros_scenesense.simulation.engine import SimulationConfiguration
+from ros_scenesense.simulation.object_sources import objects_fingerprint
 from ros_scenesense.simulation.occlusion import NOT_OCCLUDED_FROM, OCCLUDED_BELOW
 from ros_scenesense.simulation.relations import FAR_M, TOUCHING_M
 from ros_scenesense.simulation.stability import JITTER_M, REPETITIONS, UNSTABLE_DISPLACEMENT_M
@@ -41,6 +42,12 @@ DEFINITIONS = {
 }
 
 
+OTHER_OBJECTS = (
+    "its objects were others (the files of objects_dir, ycb_dir or config/objects, or meshes or "
+    "textures that they name, have changed)"
+)
+
+
 class Metadata(
     msgspec.Struct,
     frozen=True,
@@ -51,7 +58,8 @@ class Metadata(
 ):
     """Describes a dataset; all but `count` decides what each of its scenes is.
 
-    `versions` are those of the programs that decide about bytes. `source` is the fingerprint of
+    `versions` are those of the programs that decide about bytes, `objects` is the fingerprint of
+    what the object files and meshes say. `source` is the fingerprint of
     the dataset whose scenes these are before other backgrounds; it is left out where there is
     none. A dataset may grow: scenes do not depend on `count`.
     """
@@ -60,8 +68,9 @@ class Metadata(
     count: int
     draw: Draw
     configuration: SimulationConfiguration
-    renderer: str = "TinyRenderer"
+    renderer: str = "TinyRenderer, the table computed"
     depth_unit_m: float = DEPTH_UNIT_M
+    objects: str
     versions: dict[str, str]
     definitions: dict[str, str]
     source: str | msgspec.UnsetType = msgspec.UNSET
@@ -76,7 +85,9 @@ class Metadata(
         """In words, what is not the same in another dataset; the count may differ."""
         mine, theirs = _flat(self), _flat(other)
         return [
-            f"{name} is {mine.get(name)!r}, not {theirs.get(name)!r}"
+            OTHER_OBJECTS
+            if name == "objects"
+            else f"{name} is {mine.get(name)!r}, not {theirs.get(name)!r}"
             for name in [*mine, *(name for name in theirs if name not in mine)]
             if mine.get(name) != theirs.get(name)
         ]
@@ -101,6 +112,7 @@ def describe(configuration: SimulationConfiguration, options: DatasetOptions) ->
 
     Raises:
         ParameterError: If a parameter is out of its range.
+        SimulationError: If a file of an object is missing or wrong.
     """
     for part in (configuration, options):
         for declared in parameters_of(type(part)):
@@ -110,6 +122,7 @@ def describe(configuration: SimulationConfiguration, options: DatasetOptions) ->
         count=options.count,
         draw=Draw(options.draw),
         configuration=configuration,
+        objects=objects_fingerprint(configuration.objects_dir, configuration.ycb_dir),
         versions=installed_versions(),
         definitions=DEFINITIONS,
     )

@@ -10,8 +10,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from ros_scenesense.scene import Distance, Position, Truth
+from ros_scenesense.scene import Distance, Position, Task, Truth
 from ros_scenesense.simulation.dataset.record import SceneRecord
+from ros_scenesense.simulation.dataset.regions import possible_groups, region_label
 from ros_scenesense.simulation.dataset.situations import Situation, situations
 
 Cell = str | int | float | None
@@ -140,6 +141,7 @@ def statistics(records: Iterable[SceneRecord]) -> Statistics:
     stacks: Counter[tuple[str, int, Truth]] = Counter()
     truths: Counter[tuple[str, Truth]] = Counter()
     pairs: Counter[tuple[Position | Distance, bool]] = Counter()
+    regions: Counter[tuple[Task, str, Truth]] = Counter()
     objects = 0
     for record in records:
         scenes[record.arrangement] += 1
@@ -149,6 +151,7 @@ def statistics(records: Iterable[SceneRecord]) -> Statistics:
         for said in record.relations:
             pairs[said.position, said.position_ambiguous] += 1
             pairs[said.distance, said.distance_ambiguous] += 1
+        regions.update(_region_counts(record))
         for one in situations(record):
             labels[record.arrangement, "stable", one.label.stable] += 1
             labels[record.arrangement, "occluded", one.label.occluded] += 1
@@ -160,14 +163,29 @@ def statistics(records: Iterable[SceneRecord]) -> Statistics:
     figures |= dict(_label_figures(labels))
     figures |= dict(_stack_figures(stacks))
     figures |= {f"pairs_{said}": pairs[said, False] for said in (*Position, *Distance)}
+    figures |= {
+        f"regions_{task}": sum(regions[task, "structure", truth] for truth in Truth)
+        for task in Task
+    }
     figures |= dict(_axiom_figures(truths))
     tables = {
         "Labels of objects": _label_table(labels),
         "Structures": _stack_table(stacks),
         "Relations of pairs": _pair_table(pairs),
+        "Regions of interest": _region_table(regions),
         "Axioms in physics": _axiom_table(truths),
     }
     return Statistics({name: round(value, 4) for name, value in figures.items()}, tables)
+
+
+def _region_counts(record: SceneRecord) -> Iterator[tuple[Task, str, Truth]]:
+    """The labels of the regions that the tasks ask about: of the structure, and of each object."""
+    own = {label.name: label for label in record.object_labels}
+    for task, group in possible_groups(record):
+        labels = [own[name] for name in group]
+        yield task, "structure", region_label(labels)
+        for label in labels:
+            yield task, "occluded", label.occluded
 
 
 def _label_figures(labels: Counter[tuple[str, str, Truth]]) -> Iterator[tuple[str, float]]:
@@ -222,6 +240,18 @@ def _pair_table(pairs: Counter[tuple[Position | Distance, bool]]) -> TableOf:
         [str(said), pairs[said, False], pairs[said, True]] for said in (*Position, *Distance)
     ]
     return ["preposition", "clear", "ambiguous"], rows
+
+
+def _region_table(regions: Counter[tuple[Task, str, Truth]]) -> TableOf:
+    rows: list[list[Cell]] = []
+    for task in Task:
+        for label, words in (("structure", "structure stable"), ("occluded", "object occluded")):
+            counts = [regions[task, label, truth] for truth in Truth]
+            rows.append([f"{task}: {_REGIONS[task]}", words, *counts])
+    return ["regions", "label", *Truth], rows
+
+
+_REGIONS = {Task.STABILITY: "stacks", Task.OCCLUSION: "objects with all that they are behind"}
 
 
 def _axiom_table(truths: Counter[tuple[str, Truth]]) -> TableOf:
