@@ -15,10 +15,12 @@ from box_scenes import Block, render
 from ros_scenesense.cli import main as cli
 from ros_scenesense.errors import FrameError
 from ros_scenesense.geometry import Intrinsics
+from ros_scenesense.messages.grounding import NameAttribute, SizeAttribute
 from ros_scenesense.perceive.frame_files import read_camera, read_frame
 from ros_scenesense.perceive.picture import draw
 from ros_scenesense.perceive.run import Report, perceive
-from ros_scenesense.perceive.words import by_weight, decision, relation
+from ros_scenesense.perceive.words import by_weight, decision, described, relation
+from ros_scenesense.scene import Size
 
 ROOT = Path(__file__).resolve().parent.parent
 SAMPLES = Path(os.environ.get("SCENESENSE_SAMPLES", ROOT.parent / "shared" / "samples"))
@@ -236,6 +238,16 @@ def test_the_picture_shows_masks_outlines_and_what_has_no_room_is_counted():
     many = msgspec.structs.replace(found.report, relations=found.report.relations * 20)
     full, few = (draw(FRAME, found.instances, each)[:, 960:] for each in (many, found.report))
     assert (full < 128).sum() > 2 * (few < 128).sum()
+
+
+def test_an_object_is_described_by_what_is_known_of_it():
+    one = perceive(FRAME).report.objects[0]
+    bare = msgspec.structs.replace(one, size=None, color=None, shape=None)
+    assert described(bare) == "object_1"
+    color = NameAttribute(value="red", source="measured")
+    size = SizeAttribute(value=Size.SMALL, source="measured")
+    red = msgspec.structs.replace(bare, color=color, size=size)
+    assert described(red) == "object_1 (small red)"
 
 
 def test_what_matters_most_is_said_first_and_in_words():
