@@ -12,7 +12,7 @@ from ros_scenesense.messages.codec import encode
 from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.reasoning.described_scenes import described_scene
-from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
+from ros_scenesense.reasoning.facts import SceneObject
 from ros_scenesense.resources import resource
 from ros_scenesense.scene import Distance, NamingFrame, Position, Size, Surface
 
@@ -50,17 +50,18 @@ def test_what_a_description_does_not_say_follows_from_the_stacks():
 
 def test_a_described_scene_keeps_attributes_and_unknown_ones_unknown():
     objects = described_scene(STACK, "test").facts.objects
-    assert objects[:3] == (
-        SceneObject("duck", surface=Surface.IRREGULAR),
-        SceneObject("cube", size=Size.MEDIUM, surface=Surface.FLAT),
-        SceneObject("can"),
-    )
+    assert [(each.name, each.size, each.surface) for each in objects[:3]] == [
+        ("duck", None, Surface.IRREGULAR),
+        ("cube", Size.MEDIUM, Surface.FLAT),
+        ("can", None, None),
+    ]
 
 
 def test_what_is_in_the_hand_is_no_object_of_the_scene():
     scene = described_scene({"objects": {"a": {"size": "small"}, "b": None}, "in_hand": "a"}, "x")
-    assert scene.held == SceneObject("a", size=Size.SMALL)
-    assert scene.facts == SceneFacts((SceneObject("b"),), ())
+    assert (scene.held.name, scene.held.size) == ("a", Size.SMALL)
+    assert [each.name for each in scene.facts.objects] == ["b"]
+    assert scene.facts.relations == ()
 
 
 def test_nothing_follows_for_an_object_that_is_not_located():
@@ -149,7 +150,9 @@ def test_recorded_messages_are_a_scene(tmp_path):
     known = read(path)
     assert known.held == SceneObject("d")
     assert [each.name for each in known.facts.objects] == ["a b", "c"]
-    assert known.facts.relations == (PairRelation("a b", "c", Position.ABOVE, Distance.TOUCHING),)
+    (related,) = known.facts.relations
+    assert (related.object, related.reference) == ("a b", "c")
+    assert (related.position, related.distance) == (Position.ABOVE, Distance.TOUCHING)
     del content["relations"]
     path.write_text(json.dumps(content))
     with pytest.raises(ReasoningError, match="the message 'relations' is missing"):

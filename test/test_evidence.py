@@ -101,6 +101,13 @@ def test_a_ledger_that_is_younger_than_the_histograms_goes_on_with_their_numbers
     assert (update.id, update.first_pending) == (58, 58)
 
 
+def test_a_number_that_cannot_be_true_is_not_believed():
+    stage = control()
+    (update,) = updates(stage.handle(groundings(applied_update=2**53 - 1), SECOND))
+    assert update.id == 1
+    assert stage.health.counters["update_unknown"] == 1
+
+
 def test_histograms_that_are_younger_than_the_ledger_get_what_comes_next():
     stage, store = control(), GroundingStore(IN_MEMORY, Health(), 200, MetricSettings())
     for number in range(5):

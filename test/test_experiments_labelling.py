@@ -124,7 +124,7 @@ def test_the_command_reads_answers_from_the_terminal(folder, monkeypatch, capsys
     answers = iter(["l", "q"])
     monkeypatch.setattr("builtins.input", lambda _words: next(answers))
     assert cli.main(["label", str(folder), "--pairs", "2", "--labels", str(folder / "mine")]) == 0
-    assert "1 pairs answered" in capsys.readouterr().out
+    assert "pairs answered: 1" in capsys.readouterr().out
     assert len(read_labels(folder / "mine")) == 1
     assert cli.main(["label", str(folder), "--pairs", "0"]) == 2
     assert cli.main(["label", str(folder / "gone")]) == 1

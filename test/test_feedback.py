@@ -265,9 +265,9 @@ def test_a_ledger_that_cannot_be_written_refuses_and_keeps_the_trust(tmp_path, s
     assert result.outcome == "refused"
     assert "could not be written" in result.reason
     assert stage.control.state == before
-    relations = only(Relations, stage.handle(groundings("s-1"), SECOND))
+    relations = only(Relations, stage.handle(groundings("s-1", applied_update=1), SECOND))
     assert len(relations) == 1
-    assert stage.health.counters["not_remembered"] == 2
+    assert stage.health.counters["not_remembered"] == 3
     other.execute("ROLLBACK")
     assert told(stage, "right a b").outcome == "accepted"
 

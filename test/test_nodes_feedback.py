@@ -201,9 +201,9 @@ def test_the_command_tells_the_running_node_and_prints_its_answer(control):
     code, output, _ = command(control, "left", "b", "a", "--scene", "s-0")
     assert code == 0
     assert output.startswith("duplicate (scene s-0): right(a, b) was said")
-    code, output, _ = command(control, "left", "mug", "a")
+    code, output, _ = command(control, "left", "mug\x1b[2J", "a")
     assert code == 3
-    assert output.startswith("refused: 'mug' was located in none")
+    assert output.startswith("refused: 'mug?[2J' was located in none")
 
 
 def test_hostile_feedback_is_counted_and_the_next_one_judged(control):

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 from camera_samples import SECOND, camera, estimates, render_all, rendered, shown_ids
 
-from ros_scenesense.messages.actions import Action, ActionResult, PlannedAction
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, PlannedAction
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.scene import Frame
@@ -196,3 +196,60 @@ def test_a_restarted_camera_remembers_answers_and_goes_on_with_the_episode(tmp_p
     after.handle(action("s-0001", PUTDOWN, "a2"), 2 * SECOND)
     (act,) = (job for job in after.jobs() if job.method == "act")
     assert act.arguments == (Story(0, 0, (PICKUP,)), PUTDOWN)
+
+
+def goal(text: str = "on(a, b)", id: str = "g") -> Goal:
+    return Goal(id=id, goal=text)
+
+
+def plan(outcome: str, text: str = "on(a, b)", id: str = "g", scene_id: str = "s-0000") -> Plan:
+    return Plan(stamp=Stamp.of(1), scene_id=scene_id, id=id, goal=text, outcome=outcome, actions=[])
+
+
+def test_from_a_goal_on_the_camera_shows_nothing_new_until_the_last_word_on_it():
+    stage = camera(in_flight=1)
+    assert shown_ids(render_all(stage, 0)) == ["s-0000"]
+    stage.handle(estimates("s-0000"), 0)
+    (job,) = stage.jobs()
+    stage.handle(goal(), 0)
+    assert shown_ids(stage.finish(job, rendered(), 0)) == []
+    stage.handle(plan("found"), 0)
+    stage.handle(plan("reached", text="on(b, a)", id="h"), 0)
+    assert shown_ids(stage.tick(SECOND)) == []
+    stage.handle(plan("no_plan"), SECOND)
+    assert shown_ids(stage.tick(SECOND)) == ["s-0001"]
+
+
+def test_a_goal_holds_the_camera_no_longer_than_an_episode():
+    stage = camera(in_flight=1, episode_timeout_s=10.0)
+    assert shown_ids(render_all(stage, 0)) == ["s-0000"]
+    stage.handle(goal(), 0)
+    stage.handle(estimates("s-0000"), 0)
+    stage.handle(goal(), 9 * SECOND)
+    stage.tick(10 * SECOND)
+    assert stage.jobs() == []
+    stage.tick(11 * SECOND)
+    assert shown_ids(render_all(stage, 11 * SECOND)) == ["s-0001"]
+
+
+def test_a_refusal_names_the_scene_that_is_shown():
+    stage = waiting_camera()
+    (answer,) = stage.handle(action("t-0003"), SECOND)
+    assert answer.shown == "s-0000"
+    stage.handle(action("s-0000", id="a2"), SECOND)
+    (answer,) = execute(stage, SECOND, executed=False)
+    assert answer.shown is None
+
+
+def test_after_a_restart_the_last_word_on_the_goal_still_ends_its_episode(tmp_path):
+    before = waiting_camera(state_dir=str(tmp_path))
+    before.handle(action("s-0000", episode="g"), SECOND)
+    execute(before, SECOND)
+    before.close()
+    after = camera(state_dir=str(tmp_path), autostart=True, in_flight=8)
+    after.start(2 * SECOND)
+    assert {job.key for job in after.jobs()} == {"s-0000", "s-0001"}
+    after.handle(plan("reached", id="other", text="x"), 2 * SECOND)
+    assert after.jobs() == []
+    after.handle(plan("reached", id="g"), 2 * SECOND)
+    assert "s-0002" in {job.key for job in after.jobs()}

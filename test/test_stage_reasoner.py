@@ -41,6 +41,7 @@ from ros_scenesense.scene import (
     Task,
     Truth,
 )
+from ros_scenesense.stages.planning_engine import PlanningEngine
 from ros_scenesense.stages.protocol import Outgoing, Stage, Timing
 from ros_scenesense.stages.reasoner import ReasonerConfiguration, ReasonerStage
 
@@ -169,9 +170,9 @@ def status_of(beliefs: Beliefs) -> dict[str, tuple[DecisionStatus, DecisionStatu
     return {each.name: (each.stable.status, each.occluded.status) for each in beliefs.objects}
 
 
-def test_it_is_a_stage_without_slow_work() -> None:
+def test_it_is_a_stage_whose_only_slow_work_is_planning() -> None:
     reasoner: Stage = stage()
-    assert reasoner.engine() is None
+    assert reasoner.engine() is PlanningEngine
     assert reasoner.jobs() == []
     reasoner.close()
 

@@ -57,5 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     result = ask(arguments, feedback, FeedbackResult, lambda answer: answer.id == feedback.id)
     where = f" (scene {result.scene_id})" if result.scene_id else ""
-    print(f"{result.outcome}{where}: {result.reason}")
+    # Names are what anybody on the network says: no control sequences for the terminal.
+    words = f"{result.outcome}{where}: {result.reason}"
+    print("".join(one if one.isprintable() else "?" for one in words))
     return _REFUSED if result.outcome == "refused" else 0

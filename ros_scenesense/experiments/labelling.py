@@ -181,7 +181,7 @@ class Labelling:
                 return position, None
             if position not in (None, UNCLEAR) and distance is not None and len(given) == 2:
                 return position, distance
-            self._tell(HELP if not given else f"'{' '.join(given)}' is no answer. {HELP}")
+            self._tell(HELP if not given else f"'{' '.join(given)}' is no answer.\n{HELP}")
 
     def _keep(self, question: Question, position: str, distance: str | None) -> None:
         one, other = question.object, question.reference

@@ -36,11 +36,15 @@ class Action(SceneMessage, frozen=True, tag="action/1"):
 
 
 class ActionResult(SceneMessage, frozen=True, tag="action_result/1"):
-    """Says that an action was executed or refused. Its effect is seen, not told."""
+    """Says that an action was executed or refused. Its effect is seen, not told.
+
+    `shown` is the scene that was shown last if the action was about another one.
+    """
 
     id: Identifier
     outcome: Literal["executed", "refused"]
     reason: Text = ""
+    shown: Identifier | None = None
 
 
 class Goal(HumanMessage, frozen=True, tag="goal/1"):
@@ -50,11 +54,15 @@ class Goal(HumanMessage, frozen=True, tag="goal/1"):
 
 
 class Plan(SceneMessage, frozen=True, tag="plan/1"):
-    """The answer to a goal: the chosen plan, or why there is none."""
+    """The answer to a goal: the chosen plan, or why there is none.
+
+    `found` may come several times, whenever it is planned anew; `reason` then says why. Every other
+    outcome is the last word on the goal.
+    """
 
     id: Identifier
     goal: Text
-    outcome: Literal["found", "reached", "no_plan", "refused", "timed_out"]
+    outcome: Literal["found", "reached", "no_plan", "refused", "timed_out", "failed"]
     actions: list[PlannedAction]
     reason: Text = ""
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from visualization_msgs.msg import MarkerArray
 
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.learning import Axioms
@@ -32,8 +33,17 @@ class ReasonerNode(StageNode):
             "reasoner",
             ReasonerConfiguration,
             ReasonerStage,
-            subscribes=(Scene, Relations, Objects, Labels, Axioms, Query),
-            publishes=(Beliefs, Estimates, Verdicts, Knowledge, Explanation),
+            subscribes=(Scene, Relations, Objects, Labels, Axioms, Query, Goal, ActionResult),
+            publishes=(
+                Beliefs,
+                Estimates,
+                Verdicts,
+                Knowledge,
+                Explanation,
+                Plan,
+                Action,
+                Transition,
+            ),
             **node_options,
         )
 

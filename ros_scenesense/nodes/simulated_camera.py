@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
-from ros_scenesense.messages.actions import Action, ActionResult
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.nodes.base import StageNode
@@ -41,7 +41,7 @@ class SimulatedCameraNode(StageNode):
             "simulated_camera",
             SimulatedCameraConfiguration,
             SimulatedCameraStage,
-            subscribes=(Estimates, Action),
+            subscribes=(Estimates, Action, Goal, Plan),
             publishes=(Scene, Labels, SceneLost, ActionResult),
             **node_options,
         )

@@ -6,7 +6,7 @@ no name from outside enters a program.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import cache
 
 from ros_scenesense.errors import LanguageError, ReasoningError
@@ -46,15 +46,22 @@ class Situation:
         scene: What is known. Objects that are not located are left out: nothing can be planned
             with what may be anywhere.
         withheld: Ids of axioms that are switched off.
+        called: Names of objects of earlier scenes, which keep their constants.
 
     Attributes:
         description: The domain with the objects of the scene and what is known of them.
         initial: What is true in the scene.
         names: Constants of the objects.
+        robot: Whose hand it is.
+        objects: The constants of those that are located.
     """
 
     def __init__(
-        self, domain: SystemDescription, scene: KnownScene, withheld: Collection[str] = ()
+        self,
+        domain: SystemDescription,
+        scene: KnownScene,
+        withheld: Collection[str] = (),
+        called: Iterable[str] = (),
     ) -> None:
         self._scene = scene
         located = [each for each in scene.facts.objects if each.located]
@@ -65,11 +72,12 @@ class Situation:
             for symbol in domain.signature.members(sort)
             if isinstance(symbol, Constant)
         }
-        self.names = Names([each.name for each in objects], taken)
-        self._robot = next(iter(domain.signature.members("robot")))
+        self.names = Names([*called, *(each.name for each in objects)], taken)
+        self.objects = tuple(self.names.constant(each.name) for each in located)
+        self.robot = next(iter(domain.signature.members("robot")))
         self.description = (
             domain.without(withheld)
-            .with_members("object", self.names.constants)
+            .with_members("object", (self.names.constant(each.name) for each in objects))
             .with_facts(fact for each in objects for fact in self._attributes(each))
         )
         self.initial = tuple(self._relations({each.name for each in located}))
@@ -119,7 +127,7 @@ class Situation:
         Raises:
             KeyError: If it is about an object that is not here.
         """
-        arguments: list[Symbol] = [self._robot, self.names.constant(planned.object)]
+        arguments: list[Symbol] = [self.robot, self.names.constant(planned.object)]
         if planned.kind == "putdown":
             location = planned.location or TABLE
             arguments.append(
@@ -148,7 +156,7 @@ class Situation:
                 yield Literal(Atom(each.distance.value, pair))
         if self._scene.held is not None:
             held = self.names.constant(self._scene.held.name)
-            yield Literal(Atom("in_hand", (self._robot, held)))
+            yield Literal(Atom("in_hand", (self.robot, held)))
 
     def _hint(self, text: str) -> str:
         """What may help somebody whose goal could not be read."""

@@ -70,6 +70,9 @@ CREATE TABLE msr_update (
     message TEXT NOT NULL
 );
 """
+# No histograms are so much older than their ledger: ids must stay small enough to be counted on.
+_LARGEST_STEP = 10**9
+
 Content = TypeVar("Content", Groundings, Relations)
 
 _SCENE_IDS = 10_000
@@ -263,17 +266,23 @@ class ControlLedger:
 
     def applied(self, last: int) -> None:
         """All updates up to this id are applied; no new one gets an id up to it."""
-        first = self._one("SELECT min(id) FROM msr_update")
-        if last <= self.last_update() and (first is None or first[0] is None or first[0] > last):
+        newest = self.last_update()
+        if last > newest + _LARGEST_STEP:
+            words = f"groundings say that update {last} is applied, of which the last is {newest}"
+            self._health.problem("update_unknown", words)
             return
-        with self._connection:
-            self._connection.execute("DELETE FROM msr_update WHERE id <= ?", (last,))
-            if last > self.last_update():
-                # This file is younger than the histograms: their ids are not to be used again.
-                self._connection.execute(
-                    "INSERT INTO msr_update (id, message) VALUES (?, '')", (last,)
-                )
-                self._connection.execute("DELETE FROM msr_update WHERE id = ?", (last,))
+        try:
+            with self._connection:
+                self._connection.execute("DELETE FROM msr_update WHERE id <= ?", (last,))
+                if last > newest:
+                    # This file is younger than the histograms: their ids are not to be used again.
+                    self._connection.execute(
+                        "INSERT INTO msr_update (id, message) VALUES (?, '')", (last,)
+                    )
+                    self._connection.execute("DELETE FROM msr_update WHERE id = ?", (last,))
+        except sqlite3.Error as error:
+            words = f"what is applied could not be written to control.db: {error}"
+            self._health.problem("not_remembered", words)
 
     def _content(self, column: str, kind: type[Content], scene_id: str) -> Content | None:
         row = self._one(

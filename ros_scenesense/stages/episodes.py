@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from ros_scenesense.messages.actions import Action, ActionResult
+import msgspec
+
+from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan
 from ros_scenesense.simulation.engine import SimulatedScene
 from ros_scenesense.simulation.episodes import Story
 from ros_scenesense.stages.health import Health
@@ -55,6 +57,7 @@ class Episodes:
         self._health = health
         self._playing = playing
         self._active_ns: int | None = None
+        self._goal: str | None = None
         self._pending: tuple[Action, Place] | None = None
         self._submitted = False
 
@@ -70,6 +73,22 @@ class Episodes:
     def close(self) -> None:
         """The camera waits no longer."""
         self._active_ns = None
+        self._goal = None
+
+    def hold(self, goal: Goal, now_ns: int) -> None:
+        """The camera waits for the actions that somebody's goal will ask for."""
+        if not self._playing and goal.goal != self._goal:
+            self._health.count("goals_heard")
+            self._goal = goal.goal
+            self.open(now_ns)
+
+    def release(self, plan: Plan, shown: Place | None) -> None:
+        """The camera waits no longer if this is the last word on the goal of the episode."""
+        if plan.outcome == "found" or self._pending is not None:
+            return
+        step = None if shown is None else self._ledger.step(shown.session, shown.number)
+        if plan.goal == self._goal or (step is not None and step.episode_id == plan.id):
+            self.close()
 
     def tick(self, now_ns: int) -> None:
         """Ends an episode in which nothing happens any more."""
@@ -96,7 +115,7 @@ class Episodes:
             return [answer]
         reason = self._objection(action, shown)
         if reason:
-            return [self._refuse(action, reason)]
+            return [self._refuse(action, reason, shown)]
         assert shown is not None
         self.open(now_ns)
         self._pending = (action, shown)
@@ -174,13 +193,15 @@ class Episodes:
             return f"action {self._pending[0].id} is being executed"
         if action.scene_id != shown.scene_id:
             return (
-                f"scene {action.scene_id} is not the one shown last, which is {shown.scene_id}; "
-                "with autostart false the camera waits"
+                f"scene {action.scene_id} is not the one shown last, which is {shown.scene_id}: "
+                "publish a goal first, then the camera waits"
             )
         return ""
 
-    def _refuse(self, action: Action, reason: str) -> ActionResult:
+    def _refuse(self, action: Action, reason: str, shown: Place | None = None) -> ActionResult:
         answer = _answer(action, "refused", reason)
+        if shown is not None and shown.scene_id != action.scene_id:
+            answer = msgspec.structs.replace(answer, shown=shown.scene_id)
         self._ledger.record_refusal(answer)
         self._health.count("actions_refused")
         return answer

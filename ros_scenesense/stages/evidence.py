@@ -81,4 +81,3 @@ class Outbox:
     def applied(self, last: int) -> None:
         """Grounding has applied all updates up to this one."""
         self._ledger.applied(last)
-        self._sent = max(self._sent, last)

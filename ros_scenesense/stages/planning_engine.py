@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ros_scenesense.knowledge.description import History, SystemDescription
+from ros_scenesense.knowledge.description import Happened, History, Observation
 from ros_scenesense.knowledge.literals import Atom, Literal
+from ros_scenesense.knowledge.signature import AttributeKind
+from ros_scenesense.knowledge.terms import Constant
+from ros_scenesense.reasoning.described_scenes import TABLE
 from ros_scenesense.reasoning.diagnosis import Diagnosis, diagnose
 from ros_scenesense.reasoning.obstacles import Obstacles, obstacles
 from ros_scenesense.reasoning.planning import (
@@ -16,6 +20,7 @@ from ros_scenesense.reasoning.planning import (
     plan,
 )
 from ros_scenesense.reasoning.projection import State, project
+from ros_scenesense.reasoning.situations import Situation
 
 
 @dataclass(frozen=True)
@@ -25,26 +30,41 @@ class PlanReport:
     Attributes:
         planning: The plans.
         obstacles: Why there is none; None if there is one.
-        states: What holds before the best plan and after each of its actions.
     """
 
     planning: Planning
     obstacles: Obstacles | None = None
-    states: tuple[State, ...] = ()
+
+
+@dataclass(frozen=True)
+class OutcomeReport:
+    """What an action has led to.
+
+    Attributes:
+        before: What held before.
+        expected: What should hold after it.
+        after: What was seen to hold after it.
+        surprises: What was seen, where something else was expected; false literals where an
+            expected one was not seen to hold.
+        diagnosis: What must have happened; None where all was expected.
+    """
+
+    before: State
+    expected: State
+    after: State
+    surprises: tuple[Literal, ...] = ()
+    diagnosis: Diagnosis | None = None
 
 
 class PlanningEngine:
     """Plans, and explains what came otherwise than planned. Remembers nothing between two calls."""
 
-    def plan(
-        self, task: PlanningTask, limits: PlanningLimits, watched: tuple[str, ...] = ()
-    ) -> PlanReport:
+    def plan(self, task: PlanningTask, limits: PlanningLimits) -> PlanReport:
         """Plans; if there is no plan, looks for what stands in its way.
 
         Args:
             task: Where to start, and what to achieve.
             limits: What to look for, and for how long.
-            watched: The fluents of the states that the best plan leads through.
 
         Raises:
             ReasoningError: If the solver fails.
@@ -52,33 +72,53 @@ class PlanningEngine:
         planning = plan(task, limits)
         if planning.outcome is PlanOutcome.NO_PLAN:
             return PlanReport(planning, obstacles(task, limits.time_limit_s))
-        if not planning.plans or not watched:
-            return PlanReport(planning)
-        actions = planning.plans[0].actions
-        return PlanReport(
-            planning, states=project(task.description, task.initial, actions, watched)
+        return PlanReport(planning)
+
+    def observe(
+        self, before: Situation, action: Atom, after: Situation, time_limit_s: float
+    ) -> OutcomeReport:
+        """Compares what is seen after an action with what should be, and explains the difference.
+
+        What is compared is what stands on what, of the objects that are located before and after
+        the action, and what is in the hand.
+
+        Args:
+            before: The scene that the robot acted in.
+            action: What it did.
+            after: The scene that shows the effect.
+            time_limit_s: For the diagnosis.
+
+        Raises:
+            ReasoningError: If the solver fails, or a scene contradicts the domain.
+        """
+        watched = [
+            each.name
+            for each in before.description.signature.attributes.values()
+            if each.kind is not AttributeKind.STATIC
+        ]
+        held, expected = project(before.description, before.initial, [action], watched)
+        (seen,) = project(after.description, after.initial, [], watched)
+        observations = tuple(
+            Observation(atom, Literal(atom) in seen, 1) for atom in _compared(before, after)
         )
+        surprises = tuple(
+            Literal(each.fluent, each.value)
+            for each in observations
+            if (Literal(each.fluent) in expected) is not each.value
+        )
+        diagnosis = None
+        if surprises:
+            history = History(observations, (Happened(action, 0),), before.initial)
+            diagnosis = diagnose(before.description, history, time_limit_s)
+        return OutcomeReport(held, expected, seen, surprises, diagnosis)
 
-    def diagnose(
-        self, description: SystemDescription, history: History, time_limit_s: float
-    ) -> Diagnosis:
-        """Explains a history by what happened without the robot.
 
-        Raises:
-            ReasoningError: If the solver fails.
-        """
-        return diagnose(description, history, time_limit_s)
-
-    def project(
-        self,
-        description: SystemDescription,
-        initial: tuple[Literal, ...],
-        actions: tuple[Atom, ...],
-        watched: tuple[str, ...],
-    ) -> tuple[State, ...]:
-        """The states that follow from what is true at first and what the robot does.
-
-        Raises:
-            ReasoningError: If there are none, or the solver fails.
-        """
-        return project(description, initial, actions, watched)
+def _compared(before: Situation, after: Situation) -> Iterator[Atom]:
+    members = before.description.signature.members("object")
+    common = [each for each in after.objects if each in members]
+    for upper in common:
+        for lower in (*common, Constant(TABLE)):
+            if upper != lower:
+                yield Atom("on", (upper, lower))
+    for each in members:
+        yield Atom("in_hand", (before.robot, each))

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ros_scenesense.errors import ReasoningError
+from ros_scenesense.messages.actions import ActionResult, Goal
 from ros_scenesense.messages.attention import (
     Estimate,
     Estimates,
@@ -40,11 +41,16 @@ from ros_scenesense.reasoning.facts import (
 from ros_scenesense.reasoning.program import Program
 from ros_scenesense.reasoning.verdicts import judge
 from ros_scenesense.scene import DecisionStatus, NamingFrame, Position, Task
+from ros_scenesense.stages.goal_ledger import GoalLedger
+from ros_scenesense.stages.goals import GoalKeeper, GoalLimits
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.knowledge import KnowledgeInForce
+from ros_scenesense.stages.planning_engine import PlanningEngine
 from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
 from ros_scenesense.stages.queries import QueryDesk
+from ros_scenesense.stages.seen_scenes import SeenScene
+from ros_scenesense.stages.state_file import state_path
 
 _PUBLISHERS = {
     "scene": "the camera",
@@ -78,6 +84,22 @@ class ReasonerConfiguration:
     join_timeout_s: float = parameter(
         10.0, "seconds to wait for the other messages of a scene", minimum=0.1, maximum=3600.0
     )
+    plan_time_limit_s: float = parameter(
+        10.0, "seconds to search for a plan, or for an explanation", minimum=0.01, maximum=3600.0
+    )
+    plan_max_steps: int = parameter(
+        20, "actions of the longest plans that are tried", minimum=1, maximum=100
+    )
+    plans_per_goal: int = parameter(
+        12, "plans that are made for one goal before it is given up", minimum=1, maximum=1000
+    )
+    answer_timeout_s: float = parameter(
+        30.0,
+        "seconds to wait for the answer to an action, or for the scene of its effect",
+        minimum=0.1,
+        maximum=3600.0,
+    )
+    state_dir: str = parameter("", "folder of reasoner.db; empty = nothing is remembered")
 
 
 class ReasonerStage:
@@ -90,6 +112,7 @@ class ReasonerStage:
     Raises:
         ParameterError: If an axiom to withhold does not exist.
         ReasoningError: If the program is missing or broken.
+        StateError: If reasoner.db cannot be used.
     """
 
     def __init__(
@@ -104,17 +127,18 @@ class ReasonerStage:
         self._scenes = SceneJoin(tuple(_PUBLISHERS), timeout_s, _WAITING_SCENES)
         # Labels come with the scene, so they wait for as long as it takes to be complete, and more.
         self._judged = SceneJoin(("beliefs", "labels"), 2 * timeout_s, _WAITING_SCENES)
+        self._goals = _goal_keeper(configuration, self.health)
 
     def engine(self) -> Callable[[], Any] | None:
-        """There is no slow work: a scene is classified within milliseconds."""
-        return None
+        """A factory of the planner. A scene is classified here, within milliseconds."""
+        return PlanningEngine
 
     def start(self, now_ns: int) -> list[Outgoing]:
-        """Publishes the axioms in force."""
-        return [self._knowledge.message(now_ns)]
+        """Publishes the axioms in force; goes on with the goal of before."""
+        return [self._knowledge.message(now_ns), *self._goals.start(now_ns)]
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
-        """Takes `scene`, `relations`, `objects`, `labels` in any order, `axioms` and `query`."""
+        """Takes the parts of scenes in any order, `axioms`, and what people and robots say."""
         if isinstance(item, Labels):
             return self._judge("labels", item, now_ns)
         if isinstance(item, Axioms):
@@ -123,6 +147,10 @@ class ReasonerStage:
             answer = self._queries.answer(item, now_ns)
             self.health.count("query_repeated" if answer is None else f"query_{answer.outcome}")
             return [] if answer is None else [answer]
+        if isinstance(item, Goal):
+            return self._goals.take_goal(item, now_ns)
+        if isinstance(item, ActionResult):
+            return self._goals.take_result(item, now_ns)
         if not isinstance(item, Scene | Relations | Objects):
             return []
         part = _PART_OF[type(item)]
@@ -133,7 +161,7 @@ class ReasonerStage:
         return [] if parts is None else self._decide(**parts, now_ns=now_ns)
 
     def tick(self, now_ns: int) -> list[Outgoing]:
-        """Gives up the scenes that waited too long."""
+        """Gives up the scenes, and the goal, that waited too long."""
         for scene_id, missing in self._scenes.expired(now_ns):
             names = " and ".join(f"{part} (from {_PUBLISHERS[part]})" for part in missing)
             self.health.problem(
@@ -141,19 +169,19 @@ class ReasonerStage:
             )
         for _, missing in self._judged.expired(now_ns):
             self.health.count(f"verdicts_without_{missing[0]}")
-        return []
+        return self._goals.tick(now_ns)
 
     def jobs(self) -> list[Job]:
-        """None."""
-        return []
+        """Plans to make, and outcomes of actions to explain."""
+        return self._goals.jobs()
 
     def finish(self, job: Job, result: Any, now_ns: int) -> list[Outgoing]:
-        """Never called."""
-        del job, result, now_ns
-        return []
+        """Takes a plan, or what an action has led to."""
+        return self._goals.finish(job, result, now_ns)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Closes reasoner.db."""
+        self._goals.close()
 
     def _decide(
         self, scene: Scene, relations: Relations, objects: Objects, now_ns: int
@@ -164,7 +192,8 @@ class ReasonerStage:
             map(perceived_relation, relations.relations),
         )
         self._report(scene.scene_id, problems)
-        result = self._classify(scene.scene_id, facts, _says_what_hides(relations))
+        withheld = self._withheld(scene.scene_id, relations)
+        result = self._classify(scene.scene_id, facts, withheld)
         self.health.count("scenes_classified")
         beliefs = Beliefs(
             stamp=scene.stamp,
@@ -188,7 +217,28 @@ class ReasonerStage:
         )
         timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
         verdicts = self._judge("beliefs", beliefs, now_ns)
-        return [beliefs, _estimates(beliefs), *verdicts, timing]
+        outgoing: list[Outgoing] = [beliefs, _estimates(beliefs), *verdicts, timing]
+        domain = self._knowledge.program.description
+        if domain is not None:
+            doubted = {frozenset((each.object, each.reference)) for each in result.retracted}
+            kept = tuple(each for each in facts.relations if each.pair not in doubted)
+            believed = replace(facts, relations=kept)
+            seen = SeenScene(scene, believed, domain, withheld)
+            outgoing += self._goals.take_scene(seen, now_ns)
+        return outgoing
+
+    def _withheld(self, scene_id: str, relations: Relations) -> frozenset[str]:
+        """Ids of the axioms that are switched off for a scene."""
+        if _says_what_hides(relations):
+            return self._knowledge.withheld
+        self.health.problem(
+            "relations_in_robot_frame",
+            f"scene {scene_id}: relations are named in the robot's frame alone, so occlusion "
+            "stays undecided: have them named in the viewer's frame too",
+        )
+        axioms = self._session.program.axioms
+        about = {axiom.id for axiom in axioms if axiom.task is Task.OCCLUSION}
+        return self._knowledge.withheld | about
 
     def _learn(self, axioms: Axioms, now_ns: int) -> list[Outgoing]:
         """Takes the learned axioms, which are in force from the next scene on."""
@@ -219,7 +269,9 @@ class ReasonerStage:
             )
         return [*map(perceived_object, objects.objects), *map(_unreported, missing)]
 
-    def _classify(self, scene_id: str, facts: SceneFacts, says_what_hides: bool) -> Classification:
+    def _classify(
+        self, scene_id: str, facts: SceneFacts, withheld: frozenset[str]
+    ) -> Classification:
         if len(facts.objects) > self.configuration.max_objects:
             self.health.problem(
                 "scene_too_large",
@@ -227,17 +279,6 @@ class ReasonerStage:
                 f"max_objects ({self.configuration.max_objects}) if that is meant",
             )
             return Classification(objects=())
-        withheld = self._knowledge.withheld
-        if not says_what_hides:
-            self.health.problem(
-                "relations_in_robot_frame",
-                f"scene {scene_id}: relations are named in the robot's frame alone, so occlusion "
-                "stays undecided: have them named in the viewer's frame too",
-            )
-            about = {
-                axiom.id for axiom in self._session.program.axioms if axiom.task is Task.OCCLUSION
-            }
-            withheld = withheld | about
         self._queries.remember(scene_id, facts, self._session.program, withheld)
         try:
             result = self._session.classify(facts, withheld)
@@ -278,6 +319,17 @@ class ReasonerStage:
                 stamp=beliefs.stamp, scene_id=beliefs.scene_id, use=labels.use, verdicts=verdicts
             )
         ]
+
+
+def _goal_keeper(configuration: ReasonerConfiguration, health: Health) -> GoalKeeper:
+    path = state_path(configuration.state_dir, "reasoner.db")
+    limits = GoalLimits(
+        time_limit_s=configuration.plan_time_limit_s,
+        max_steps=configuration.plan_max_steps,
+        plans=configuration.plans_per_goal,
+        patience_s=configuration.answer_timeout_s,
+    )
+    return GoalKeeper(GoalLedger(path, health), limits, health)
 
 
 def _says_what_hides(relations: Relations) -> bool:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ros_scenesense.errors import ParameterError
-from ros_scenesense.messages.actions import Action
+from ros_scenesense.messages.actions import Action, Goal, Plan
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
@@ -92,10 +92,17 @@ class SimulatedCameraStage:
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
         """Takes `estimates`: the scene is settled. Takes `action`: it is executed or refused.
 
+        From a `goal` on, the camera shows nothing new but the effects of actions, until a `plan`
+        says what became of it.
+
         After a restart estimates may come (latched) before the scene is shown again.
         """
         if isinstance(item, Action):
             return [*self._episodes.take(item, self._shown_last(), now_ns)]
+        if isinstance(item, Goal):
+            self._episodes.hold(item, now_ns)
+        if isinstance(item, Plan):
+            self._episodes.release(item, self._shown_last())
         if not isinstance(item, Estimates):
             return []
         number = self._number(item.scene_id)

@@ -1,0 +1,46 @@
+"""Knowledge and reasoning in this process, one question at a time; CPU time."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+
+from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
+from ros_scenesense.knowledge.action_language import load
+from ros_scenesense.knowledge.translation import translate
+from ros_scenesense.resources import resource
+
+FIGURES = (
+    Figure(
+        "al_translate_ms",
+        "the robot's domain read, checked and translated, median, ms CPU",
+        at_most=50.0,
+    ),
+)
+
+
+def measure(options: BenchOptions) -> Measured:
+    """Measures all figures of the group."""
+    return Measured(figures={"al_translate_ms": _translate_ms(options)}, tables={})
+
+
+def _translate_ms(options: BenchOptions) -> float:
+    path = resource("asp", "robot_assistant.al")
+
+    def read_and_translate() -> None:
+        domain = load(path)
+        translate(domain.description, domain.history)
+
+    return _median_ms(read_and_translate, 3 if options.quick else 30)
+
+
+def _median_ms(action: Callable[[], None], repeats: int) -> float:
+    """The median CPU time, after a first time that loads what is loaded once."""
+    action()
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        action()
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds) * 1000.0
