@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ros_scenesense.attention.estimator import Estimator, measured_purity
+from ros_scenesense.attention.estimator import Answers, Estimator, measured_purity
 from ros_scenesense.attention.queries import Query, SeenScene, queries_of, regions_of
 from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import LanguageError, NetworkError
@@ -127,6 +127,7 @@ class AttentionStage:
         timeout_s = configuration.join_timeout_s
         self._parts = SceneJoin(tuple(_PUBLISHERS), timeout_s)
         self._judged = SceneJoin(("seen", "verdicts"), 2 * timeout_s)
+        self._waiting: dict[int, Beliefs] = {}
         self._asked: dict[str, tuple[SeenScene, list[Query]]] = {}
         self._jobs: list[Job] = []
 
@@ -152,16 +153,26 @@ class AttentionStage:
         if self._parts.knows(stamp_ns, part):
             self.health.count(f"{part}_repeated")
             return []
+        if isinstance(item, Beliefs):
+            self._waiting[stamp_ns] = item
         parts = self._parts.add(stamp_ns, part, item, now_ns)
-        return [] if parts is None else self._look(parts, now_ns)
+        if parts is None:
+            return []
+        del self._waiting[stamp_ns]
+        return self._look(parts, now_ns)
 
     def tick(self, now_ns: int) -> list[Outgoing]:
         """Decides by reasoning alone what waited too long for its images."""
         published: list[Outgoing] = []
-        for _, missing in self._parts.expired(now_ns):
-            self.health.count("scenes_incomplete")
+        for stamp_ns, missing in self._parts.expired(now_ns):
+            beliefs = self._waiting.pop(int(str(stamp_ns)), None)
             names = " and ".join(_PUBLISHERS[part] for part in missing)
-            self.health.problem("scene_incomplete", f"a scene is given up: no {names} came")
+            if beliefs is None:
+                words = f"a scene is given up: no {names} came"
+            else:
+                words = f"scene {beliefs.scene_id} is decided by reasoning alone: no {names} came"
+                published += self._estimates(beliefs, {})
+            self.health.problem("scene_incomplete", words)
         for _, missing in self._judged.expired(now_ns):
             self.health.count(f"examples_without_{missing[0]}")
         return published
@@ -258,12 +269,14 @@ class AttentionStage:
         elif result is not None:
             for query, row in zip(queries, result, strict=True):
                 answers[query.target, query.task] = float(row[_COLUMN[query.task]])
+        return self._estimates(scene.beliefs, answers)
+
+    def _estimates(self, beliefs: Beliefs, answers: Answers) -> list[Outgoing]:
         estimator = Estimator(
             "overrule" if self.configuration.defaults == "overrule" else "decide",
             self.configuration.confidence,
             self._purity,
         )
-        beliefs = scene.beliefs
         objects = estimator.objects(beliefs, answers)
         self.health.count("scenes_decided")
         self.health.count("literals_asked", len(answers))
@@ -272,7 +285,7 @@ class AttentionStage:
         return [
             Estimates(
                 stamp=beliefs.stamp,
-                scene_id=scene_id,
+                scene_id=beliefs.scene_id,
                 objects=objects,
                 structures=estimator.structures(beliefs, objects),
                 knowledge_revision=beliefs.knowledge_revision,
