@@ -136,7 +136,9 @@ def _positions(extents: Sequence[Extent], low: Float, high: Float) -> Float:
         phi = (np.arctan2(away, right) / (2.0 * math.pi) + 0.5) * PHI_BINS
         bins = np.minimum(theta.astype(np.intp), THETA_BINS - 1) * PHI_BINS
         bins += np.minimum(phi.astype(np.intp), PHI_BINS - 1)
-        inside = ((points >= low[j]) & (points <= high[j])).all(axis=1)
+        inside = np.ones(len(points), dtype=np.bool_)
+        for axis, values in enumerate(points.T):
+            inside &= (values >= low[j, axis]) & (values <= high[j, axis])
         bins[inside] = POSITION_BINS - 1
         hits = np.bincount(owners + bins, minlength=count * POSITION_BINS)
         counts[:, j] = hits.reshape(count, POSITION_BINS)
