@@ -81,8 +81,9 @@ def domains(draw: Callable, restoring: bool) -> Domain:
             statements.append(f"hpd({action}, {step}).")
     fluents = st.sampled_from(["p(a)", "p(b)", "q", "d(1)", "e(a)", "e(b)"])
     for fluent in draw(st.lists(fluents, max_size=4 if restoring else 1, unique=True)):
-        value, step = draw(st.sampled_from(["true", "false"])), draw(st.integers(0, steps))
-        statements.append(f"obs({fluent}, {value}, {step}).")
+        value = draw(st.sampled_from(["true", "false"]))
+        for step in draw(st.sampled_from([[0], [steps], list(range(steps + 1))])):
+            statements.append(f"obs({fluent}, {value}, {step}).")
     if draw(st.booleans()):
         statements.append(draw(st.sampled_from(["initially q.", "initially -p(a), p(b)."])))
     statements.append("obs(q, true, 0)." if draw(st.booleans()) else "obs(q, false, 0).")
