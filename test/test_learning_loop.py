@@ -9,6 +9,7 @@ from grounding_samples import feedback
 
 from ros_scenesense.geometry import look_at
 from ros_scenesense.messages.grounding import FeedbackResult, Groundings, Relations
+from ros_scenesense.messages.reasoning import Beliefs
 from ros_scenesense.parameters import build
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.scene import NamingFrame, Position
@@ -16,6 +17,11 @@ from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingSta
 from ros_scenesense.stages.grounding_control import (
     GroundingControlConfiguration,
     GroundingControlStage,
+)
+from ros_scenesense.stages.reasoner import ReasonerConfiguration, ReasonerStage
+from ros_scenesense.stages.simulated_camera import (
+    SimulatedCameraConfiguration,
+    SimulatedCameraStage,
 )
 
 
@@ -113,3 +119,34 @@ def test_some_wrong_words_do_no_harm(mode):
         assert loop.run(feedback(f"{said} a b"))[FeedbackResult].outcome == "accepted"
     assert loop.accuracy(0.0) == 1.0
     loop.pipeline.close()
+
+
+def test_decisions_do_not_depend_on_whose_left_and_right_it_is():
+    decided = {}
+    for naming_frame in ("viewer", "robot"):
+        pipeline = Pipeline(
+            [
+                SimulatedCameraStage(
+                    build(
+                        SimulatedCameraConfiguration,
+                        {"scenes": 3, "arrangement": "spread", "yaw_deg": 120, "session": "s"}
+                        | {"width": 160, "height": 120, "shadows": False, "textures": False},
+                    )
+                ),
+                GroundingStage(build(GroundingConfiguration, {"naming_frame": naming_frame})),
+                GroundingControlStage(GroundingControlConfiguration()),
+                ReasonerStage(ReasonerConfiguration()),
+            ]
+        )
+        published = list(pipeline.run())
+        pipeline.close()
+        frames = {item.naming_frame for item in published if isinstance(item, Relations)}
+        assert frames == {NamingFrame(naming_frame)}
+        decided[naming_frame] = {
+            (item.scene_id, one.name): (one.stable.value, one.occluded.value)
+            for item in published
+            if isinstance(item, Beliefs)
+            for one in item.objects
+        }
+    assert decided["robot"] == decided["viewer"]
+    assert {occluded for _, occluded in decided["robot"].values()} == {True, False}

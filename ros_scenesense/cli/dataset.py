@@ -23,6 +23,7 @@ from rich.progress import (
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from ros_scenesense.cli.declared import add_declared, given
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
 from ros_scenesense.simulation.backgrounds import MOST_BACKGROUNDS
@@ -43,13 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     command = _action(actions, "generate", "make a dataset, or what is missing of it", _generate)
     command.add_argument("path", type=Path, metavar="OUT", help="folder of the dataset")
-    for declared in _parameters():
-        command.add_argument(
-            f"--{declared.name.replace('_', '-')}",
-            dest=declared.name,
-            metavar=declared.type.__name__.upper(),
-            help=f"{declared.description} ({declared.allowed}; default {declared.default})",
-        )
+    add_declared(command, _parameters())
     workers = command.add_mutually_exclusive_group()
     workers.add_argument(
         "--jobs", type=int, metavar="INT", help="worker processes (default: one per core)"
@@ -123,17 +118,10 @@ def _parameters() -> list[Parameter]:
 def _generate(arguments: argparse.Namespace) -> int:
     from ros_scenesense.simulation.dataset.generation import generate
 
-    given = {
-        declared.name: getattr(arguments, declared.name)
-        for declared in _parameters()
-        if getattr(arguments, declared.name) is not None
-    }
-    options, configuration = (
-        build(kind, {p.name: given[p.name] for p in parameters_of(kind) if p.name in given})
-        for kind in (DatasetOptions, SimulationConfiguration)
+    options = build(DatasetOptions, given(arguments, parameters_of(DatasetOptions)))
+    configuration = build(
+        SimulationConfiguration, given(arguments, parameters_of(SimulationConfiguration))
     )
-    assert isinstance(options, DatasetOptions)
-    assert isinstance(configuration, SimulationConfiguration)
     jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
     if not 1 <= jobs <= _MOST_JOBS:
         raise ParameterError(f"--jobs is {jobs}, must be an integer from 1 to {_MOST_JOBS}")
@@ -179,8 +167,7 @@ def _stats(arguments: argparse.Namespace) -> int:
     from ros_scenesense.provenance import machine, versions
     from ros_scenesense.results import Result, Table, text_of, write_result
     from ros_scenesense.simulation.dataset.agreement import label_agreement
-    from ros_scenesense.simulation.dataset.reader import DatasetReader
-    from ros_scenesense.simulation.dataset.sheet import choose
+    from ros_scenesense.simulation.dataset.reader import DatasetReader, spread_evenly
     from ros_scenesense.simulation.dataset.statistics import statistics
 
     if arguments.relabel < 0:
@@ -190,7 +177,7 @@ def _stats(arguments: argparse.Namespace) -> int:
     reader = DatasetReader(arguments.path)
     found = statistics(reader.records())
     figures = dict(found.figures)
-    chosen = choose(reader, arguments.relabel) if arguments.relabel else []
+    chosen = spread_evenly(reader, arguments.relabel) if arguments.relabel else []
     again = label_agreement((reader.record(index) for index in chosen), reader.metadata.seed)
     if again.share is not None:
         figures["label_agreement"] = round(again.share, 4)
@@ -223,16 +210,17 @@ def _stats(arguments: argparse.Namespace) -> int:
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    from ros_scenesense.simulation.dataset.reader import DatasetReader
-    from ros_scenesense.simulation.dataset.sheet import choose, draw_sheet, write_sheet
+    from ros_scenesense.demo.annotation import write_picture
+    from ros_scenesense.demo.sheet import draw_sheet
+    from ros_scenesense.simulation.dataset.reader import DatasetReader, spread_evenly
 
     if not 1 <= arguments.scenes <= _MOST_SHOWN:
         raise ParameterError(
             f"--scenes is {arguments.scenes}, must be an integer from 1 to {_MOST_SHOWN}"
         )
     reader = DatasetReader(arguments.path)
-    chosen = choose(reader, arguments.scenes, arguments.arrangement)
-    write_sheet(draw_sheet(reader, chosen), arguments.out)
+    chosen = spread_evenly(reader, arguments.scenes, arguments.arrangement)
+    write_picture(draw_sheet(reader, chosen), arguments.out)
     print(f"{arguments.out}: {len(chosen)} scenes")
     return 0
 

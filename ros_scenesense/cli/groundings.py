@@ -42,8 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
     from ros_scenesense.demo.groundings_picture import examples_of, write_groundings
     from ros_scenesense.stages.grounding_store import look_into
 
-    learnt = look_into(arguments.state.expanduser() / "grounding.db")
-    model = learnt.memory.model
+    contents = look_into(arguments.state.expanduser() / "grounding.db")
+    model = contents.memory.model
     write_groundings(model, arguments.out)
     table = Table("preposition", box=box.SIMPLE_HEAD, show_edge=False)
     for source in ("by QSR", "by itself", "by people"):
@@ -54,9 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
     console.print("Examples that the metric grounding learned from", highlight=False)
     console.print(table)
     console.print(
-        f"{learnt.updates} updates merged, {learnt.told} statements of people, {learnt.scenes} "
-        "scenes remembered; the axes of people are turned by "
-        f"{math.degrees(learnt.memory.yaw_rad):.0f} degrees to the left of the viewer's",
+        f"{contents.updates} updates merged, {contents.told} statements of people, "
+        f"{contents.scenes} scenes remembered; the axes of people are turned by "
+        f"{math.degrees(contents.memory.yaw_rad):.0f} degrees to the left of the viewer's",
         highlight=False,
         soft_wrap=True,
     )

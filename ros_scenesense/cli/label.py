@@ -54,5 +54,5 @@ def run(arguments: argparse.Namespace) -> int:
         pictures=arguments.pictures or arguments.folder / "overlays",
     )
     answered = Labelling(tosd, options, ask=input, tell=print).run()
-    print(f"{answered} pairs answered, all labels are in {tosd.label_file}")
+    print(f"\npairs answered: {answered}; all labels are in {tosd.label_file}")
     return 0

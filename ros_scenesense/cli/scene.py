@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ros_scenesense.cli.declared import add_declared
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
@@ -45,12 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="scene file (see config/scenes/README.md), or folder of the dataset to take the scene "
         "from; without it the scene is drawn",
     )
-    for declared in (_SEED, _INDEX, _ARRANGEMENT):
-        show.add_argument(
-            f"--{declared.name}",
-            metavar=declared.type.__name__.upper(),
-            help=f"{declared.description} ({declared.allowed}; default {declared.default})",
-        )
+    add_declared(show, (_SEED, _INDEX, _ARRANGEMENT))
     show.add_argument(
         "--out", type=Path, metavar="FILE", required=True, help="the picture, a PNG file"
     )

@@ -62,10 +62,28 @@ def annotate(color: Image, instances: npt.NDArray[np.uint16], notes: Iterable[No
         # Two notes of the same words keep a tag each.
         words = note.words if note.words not in outlines else f"{note.words} #{note.instance}"
         outlines[words], colors[words] = found, note.color
-        _draw_outline(image, instances == note.instance, note.color)
+        draw_outline(image, instances == note.instance, note.color)
     for words, tag in place_tags(outlines, instances).items():
         _draw_tag(image, tag, words, colors[words], scale)
     return image
+
+
+def draw_outline(image: Image, mask: npt.NDArray[np.bool_], color: Color, width: int = 2) -> None:
+    """Draws the outline of a mask over an image, with a white seam.
+
+    Args:
+        image: (s H, s W, 3) RGB, drawn on.
+        mask: (H, W).
+        color: RGB.
+        width: Of the line in pixels.
+    """
+    size = (image.shape[1], image.shape[0])
+    large = cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_LINEAR)
+    contours, _ = cv2.findContours(
+        (large > 127).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+    )
+    cv2.drawContours(image, contours, -1, (255, 255, 255), width + 2, cv2.LINE_AA)
+    cv2.drawContours(image, contours, -1, color, width, cv2.LINE_AA)
 
 
 def write_picture(image: Image, path: Path) -> None:
@@ -93,16 +111,6 @@ def _reduced(
     size = (-(-width // step), -(-height // step))
     small: Image = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
     return small, np.ascontiguousarray(instances[::step, ::step])
-
-
-def _draw_outline(image: Image, mask: npt.NDArray[np.bool_], color: Color) -> None:
-    size = (image.shape[1], image.shape[0])
-    large = cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_LINEAR)
-    contours, _ = cv2.findContours(
-        (large > 127).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
-    )
-    cv2.drawContours(image, contours, -1, (255, 255, 255), 4, cv2.LINE_AA)
-    cv2.drawContours(image, contours, -1, color, 2, cv2.LINE_AA)
 
 
 def _draw_tag(image: Image, tag: Tag, words: str, color: Color, scale: int) -> None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ros_scenesense.demo.annotation import Color, Image, Note, annotate
 from ros_scenesense.messages.reasoning import Belief
 from ros_scenesense.perceive.run import Report
-from ros_scenesense.perceive.words import by_weight, decision, relation
+from ros_scenesense.perceive.words import by_weight, decision, described, relation
 from ros_scenesense.scene import Frame
 
 _STABLE: dict[bool | None, Color] = {
@@ -19,7 +19,7 @@ _STABLE: dict[bool | None, Color] = {
     False: (205, 0, 0),
     None: (90, 90, 90),
 }
-_MASK_SHARE = 0.35
+_MASK_SHARE = 0.25
 _PANEL_WIDTH = 620
 _LINE_HEIGHT = 25
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -59,9 +59,11 @@ def _masked(color: Image, instances: npt.NDArray[np.uint16]) -> Image:
 def _panel(height: int, report: Report) -> Image:
     """The lines beside the picture; what has no room is counted."""
     lines: list[tuple[str, Color]] = []
+    objects = {one.name: described(one) for one in report.objects}
     for one in report.decisions:
         stable = decision(one.stable, "stable", "unstable")
-        words = f"{one.name}: {stable}, {decision(one.occluded, 'occluded', 'visible')}"
+        occluded = decision(one.occluded, "occluded", "visible")
+        words = f"{objects[one.name]}: {stable}, {occluded}"
         lines.append((words, _color_of(one.stable)))
     lines.append(("", _INK))
     lines += [(relation(one), _INK) for one in by_weight(report)]

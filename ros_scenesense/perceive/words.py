@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from ros_scenesense.messages.grounding import Relation
+from ros_scenesense.messages.grounding import PerceivedObject, Relation
 from ros_scenesense.messages.reasoning import Belief
 from ros_scenesense.perceive.run import Report, distance_m
 from ros_scenesense.scene import DecisionStatus, Distance, Position
@@ -28,6 +28,13 @@ _DISTANCES = {
 _KNOWN = {DecisionStatus.STRICT: "", DecisionStatus.BY_DEFAULT: " (by default)"}
 _VERTICAL = {Position.IN, Position.ABOVE, Position.BELOW}
 _MOST_RELATIONS = 30
+
+
+def described(one: PerceivedObject) -> str:
+    """An object with what is known of it: `object_1 (small red cube)`."""
+    given = [each.value for each in (one.size, one.color, one.shape) if each is not None]
+    known = [str(value) for value in given if value != "other"]
+    return f"{one.name} ({' '.join(known)})" if known else one.name
 
 
 def decision(belief: Belief, yes: str, no: str) -> str:

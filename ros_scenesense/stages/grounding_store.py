@@ -222,7 +222,7 @@ class GroundingStore:
 
 
 @dataclass(frozen=True)
-class Learnt:
+class StoreContents:
     """What a state file holds, for people.
 
     Attributes:
@@ -238,7 +238,7 @@ class Learnt:
     scenes: int
 
 
-def look_into(path: Path) -> Learnt:
+def look_into(path: Path) -> StoreContents:
     """Reads a grounding.db, also one that a node is writing.
 
     Raises:
@@ -250,7 +250,7 @@ def look_into(path: Path) -> Learnt:
             connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
             for table in ("told", "scene")
         )
-        return Learnt(memory, updates, told, scenes)
+        return StoreContents(memory, updates, told, scenes)
 
 
 def read_learned(

@@ -26,7 +26,7 @@ DEFINITIONS = {
     "stable": f"true if the object's centre of mass moves at most {UNSTABLE_DISPLACEMENT_M:g} m "
     f"in two seconds in each of {REPETITIONS} repetitions, false if it moves farther in each, else "
     f"ambiguous; all but the first repetition start with every object displaced by {JITTER_M:g} m; "
-    "structures are judged far apart from each other",
+    "structures are judged far apart from each other, what stands alone once for its kind",
     "visible_fraction": "visible pixels / pixels that would be visible if only the object and "
     "what it carries were there",
     "occluded": f"true if visible_fraction < {OCCLUDED_BELOW:g}, false from "

@@ -8,7 +8,7 @@ from typing import overload
 
 import msgspec
 
-from ros_scenesense.errors import DatasetError, FrameError
+from ros_scenesense.errors import DatasetError, FrameError, ParameterError
 from ros_scenesense.simulation.dataset import images
 from ros_scenesense.simulation.dataset.folder import DatasetFolder, IndexEntry, Line, checksum
 from ros_scenesense.simulation.dataset.record import SceneRecord, scene_of
@@ -99,6 +99,22 @@ class DatasetReader(Sequence[SimulatedScene]):
                 f"'{path}' line {number + 1} is scene {content.index}, must be {number}: {_MEND}"
             )
         return content
+
+
+def spread_evenly(reader: DatasetReader, count: int, arrangement: str | None = None) -> list[int]:
+    """Numbers of at most so many scenes, spread evenly over the dataset.
+
+    Raises:
+        ParameterError: If there is none of the arrangement.
+    """
+    kinds = [record.arrangement for record in reader.records()]
+    numbers = [i for i, kind in enumerate(kinds) if arrangement in (None, kind)]
+    if not numbers:
+        raise ParameterError(
+            f"--arrangement is {arrangement!r}, the dataset has {', '.join(sorted(set(kinds)))}"
+        )
+    count = min(count, len(numbers))
+    return [numbers[i * len(numbers) // count] for i in range(count)]
 
 
 _MEND = "generate the dataset again with the same options, which makes this scene anew"

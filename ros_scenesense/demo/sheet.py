@@ -8,34 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from ros_scenesense.errors import DatasetError, ParameterError
+from ros_scenesense.demo.annotation import Image, draw_outline
 from ros_scenesense.scene import Truth
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.engine import SimulatedScene
-
-Image = npt.NDArray[np.uint8]
-
-
-def choose(reader: DatasetReader, count: int, arrangement: str | None = None) -> list[int]:
-    """Numbers of at most so many scenes, spread evenly over the dataset.
-
-    Raises:
-        ParameterError: If there is none of the arrangement.
-    """
-    kinds = [record.arrangement for record in reader.records()]
-    numbers = [i for i, kind in enumerate(kinds) if arrangement in (None, kind)]
-    if not numbers:
-        raise ParameterError(
-            f"--arrangement is {arrangement!r}, the dataset has {', '.join(sorted(set(kinds)))}"
-        )
-    count = min(count, len(numbers))
-    return [numbers[i * len(numbers) // count] for i in range(count)]
 
 
 def draw_sheet(reader: DatasetReader, indices: Sequence[int]) -> Image:
@@ -48,20 +28,6 @@ def draw_sheet(reader: DatasetReader, indices: Sequence[int]) -> Image:
     return np.vstack(rows)
 
 
-def write_sheet(sheet: Image, path: Path) -> None:
-    """Writes an image (H, W, 3) RGB as PNG.
-
-    Raises:
-        DatasetError: If it cannot be written.
-    """
-    _, content = cv2.imencode(".png", np.ascontiguousarray(sheet[..., ::-1]))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content.tobytes())
-    except OSError as error:
-        raise DatasetError(f"'{path}' cannot be written: {error.strerror}") from error
-
-
 _OUTLINES = {Truth.TRUE: (0, 170, 0), Truth.FALSE: (220, 0, 0), Truth.AMBIGUOUS: (110, 110, 110)}
 _CAPTION_HEIGHT = 18
 _MARGIN = 3
@@ -72,10 +38,8 @@ def _tile(scene: SimulatedScene, index: int) -> Image:
     instances = scene.frame.instances
     assert instances is not None
     for known, label in zip(scene.objects, scene.object_labels, strict=True):
-        mask = (instances == known.instance).astype(np.uint8)
-        outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        cv2.drawContours(image, outlines, -1, (255, 255, 255), 3)
-        cv2.drawContours(image, outlines, -1, _OUTLINES[label.stable], 1)
+        mask = instances == known.instance
+        draw_outline(image, mask, _OUTLINES[label.stable], width=1)
         rows, columns = np.nonzero(mask)
         if label.occluded is not Truth.FALSE and len(rows):
             x, y = int(columns.mean()), int(rows.mean())
