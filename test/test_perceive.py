@@ -127,7 +127,8 @@ class TestCommand:
             one["box"]["pose"]["position"] for one in json.loads(capsys.readouterr().out)["objects"]
         ]
         assert all(0.4 < box[2] < 1.5 for box in boxes)
-        assert files.run("--depth-scale", "0") == 2
+        assert files.run("--json", "--depth-scale", "0.0001") == 0
+        assert files.run("--depth-scale", "0") == files.run("--depth-scale", "nan") == 2
 
     @pytest.mark.parametrize("part", ["color", "depth", "camera"])
     def test_a_missing_file_is_named(self, files, capsys, part):
