@@ -44,10 +44,10 @@ INFO = RunInfo(
 _BOX = Box(pose=Pose((0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)), size=(0.1, 0.1, 0.1))
 
 STRICT_STABLE = Belief(status=DecisionStatus.STRICT, value=True, axioms=["s1"])
-STRICT_UNSTABLE = Belief(
-    status=DecisionStatus.STRICT, value=False, axioms=["s2"], why="s2: irregular_below(<b>)"
+STRICT_UNSTABLE = Belief(status=DecisionStatus.STRICT, value=False, axioms=["s2"])
+DEFAULT_UNSTABLE = Belief(
+    status=DecisionStatus.BY_DEFAULT, value=False, axioms=["s3"], why="s3: small_base(<b>)"
 )
-DEFAULT_UNSTABLE = Belief(status=DecisionStatus.BY_DEFAULT, value=False, axioms=["s3"])
 UNDECIDED = Belief(status=DecisionStatus.UNDECIDED)
 
 

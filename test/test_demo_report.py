@@ -64,7 +64,7 @@ def test_shows_every_scene_with_names_decisions_and_verdicts():
 
 
 def test_decisions_are_explained_in_short_where_they_are():
-    assert '<span class="why">irregular_below(&lt;b&gt;)</span>' in page(samples.run(samples.parts(0)))
+    assert '<span class="why">small_base(&lt;b&gt;)</span>' in page(samples.run(samples.parts(0)))
 
 
 def test_needs_no_other_file_and_no_network():
