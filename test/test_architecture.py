@@ -45,7 +45,7 @@ def imports(tree):
 
 
 def module_level(tree):
-    """The tree without the bodies of functions: what runs when the module is imported."""
+    """The tree without functions and what types are read for: what runs when it is imported."""
 
     class WithoutFunctions(ast.NodeTransformer):
         def visit_FunctionDef(self, node):
@@ -53,6 +53,9 @@ def module_level(tree):
             return node
 
         visit_AsyncFunctionDef = visit_FunctionDef  # noqa: N815
+
+        def visit_If(self, node):
+            return None if ast.unparse(node.test) == "TYPE_CHECKING" else self.generic_visit(node)
 
     return WithoutFunctions().visit(tree)
 
@@ -136,6 +139,7 @@ def test_the_check_sees_what_is_forbidden(module, source, words):
         ("stages/grounding_engine.py", "def cloud():\n    import open3d"),
         ("reasoning/session.py", "from ros_scenesense.reasoning.facts import x"),
         ("attention/networks/lenet.py", "import torch"),
+        ("stages/worker.py", "if TYPE_CHECKING:\n    from torch import Tensor"),
         ("simulation/world.py", "import numpy as np\nrng = np.random.default_rng(1)"),
         ("launcher.py", "import random\nfrom ros_scenesense import pipeline"),
     ],

@@ -57,6 +57,11 @@ _ALL = [
         "ros_scenesense.stages.reasoner:ReasonerConfiguration",
         "decides stability and occlusion with an answer-set program",
     ),
+    NodeEntry(
+        "attention",
+        "ros_scenesense.nodes.configurations:AttentionNodeConfiguration",
+        "looks where reasoning is undecided, and makes the final decisions",
+    ),
 ]
 
 NODES: dict[str, NodeEntry] = {entry.name: entry for entry in _ALL}
