@@ -68,9 +68,8 @@ class AttentionConfiguration:
 
     network: str = parameter(
         "shipped",
-        "network at the start: the one that comes with SceneSense, or none before one is trained; "
-        "one that was trained here comes first",
-        choices=("shipped", "none"),
+        "network at the start: shipped, the one that comes with SceneSense; a file of `scenesense "
+        "train`; or none. One that was trained here comes first",
     )
     defaults: str = parameter(
         "decide",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Literal
 
-from ros_scenesense.errors import NetworkError
+from ros_scenesense.errors import NetworkError, ParameterError
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.learning import JobProgress
 from ros_scenesense.resources import resource
@@ -16,6 +17,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import Job, JobFailure
 
 SHIPPED = "shipped"
+NONE = "none"
 SHIPPED_NETWORK = "query.pt"
 
 # Seconds: the examples travel to the worker; a piece of a training.
@@ -29,7 +31,7 @@ class NetworkTraining:
     Args:
         store: Keeps examples and the networks so far.
         state_dir: Folder of `networks/`; empty = they are forgotten at the end.
-        first: `shipped` or `none`: what is used before a network was trained here.
+        first: What is used before a network was trained here: `shipped`, a file, or `none`.
         health: Takes problems.
         side: Pixels of the networks' inputs.
         iterations: Batches of a training at most.
@@ -148,13 +150,26 @@ class NetworkTraining:
         )
 
     def _first_network(self, first: str) -> KnownNetwork | None:
-        """The network trained here last, else the shipped one if it is wanted."""
+        """The network trained here last, else the one that is wanted.
+
+        Raises:
+            ParameterError: If the file does not exist.
+        """
         known = self._store.network()
         if known is not None and Path(known.file).exists():
             return known
         if known is not None:
             words = f"network {known.revision} is gone from '{known.file}': train again"
             self._health.problem("network_missing", words)
-        if first != SHIPPED:
+        if first == NONE:
             return None
-        return KnownNetwork(SHIPPED, str(resource("config", SHIPPED_NETWORK)), 0, None)
+        if first == SHIPPED:
+            return KnownNetwork(SHIPPED, str(resource("config", SHIPPED_NETWORK)), 0, None)
+        path = Path(first).expanduser()
+        if not path.is_file():
+            raise ParameterError(
+                f"parameter 'network' is {first!r}, must be {SHIPPED}, {NONE}, or a file that "
+                "`scenesense train` wrote"
+            )
+        # Its name alone would not tell two files apart.
+        return KnownNetwork(f"{path.stem}-{zlib.crc32(path.read_bytes()):08x}", str(path), 0, None)

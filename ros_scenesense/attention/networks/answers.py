@@ -65,6 +65,12 @@ class TrainedNetwork:
         except TypeError as error:
             raise NetworkError(f"'{path}' is a checkpoint of a training, no network") from error
 
+    def accuracy(self, samples: Samples) -> float:
+        """Share of the known answers that it gives right."""
+        said = self.probabilities(samples.images, samples.numbers) >= 0.5
+        known = ~np.isnan(samples.answers)
+        return float((said == (samples.answers > 0.5))[known].mean())
+
     def loss(self, samples: Samples) -> float:
         """Mean cross-entropy of its answers, as calibrated; what two networks are compared by."""
         logits = logits_of(self.network, samples.images, samples.numbers)
