@@ -63,6 +63,7 @@ def test_results_are_written_as_json_and_markdown(result, tmp_path):
         "seed",
         "versions",
         "machine",
+        "notes",
         "figures",
         "paper",
         "tables",
