@@ -245,3 +245,25 @@ def test_a_file_with_nonsense_in_it_is_set_aside(tmp_path, blob):
     assert again.health.counters["state_set_aside"] == 1
     assert again.applied == 0
     assert (tmp_path / "grounding.db.broken-1").exists()
+
+
+def test_that_the_camera_moved_is_remembered(tmp_path):
+    one = store(tmp_path / "grounding.db")
+    assert one.expect_change()
+    one.close()
+    again = store(tmp_path / "grounding.db")
+    expected = again.memory.to_arrays()["yaw"]
+    assert expected.tolist() == [0.0, 0.0, 1.0]
+    assert again.applied == 0
+    again.record_scene(record())
+    assert again.apply(update(1, sample("left a b")))
+    assert again.memory.to_arrays()["yaw"][2] == 0.0
+
+
+def test_that_the_camera_moved_cannot_be_written():
+    one = store()
+    one._connection.execute("DROP TABLE learned")
+    assert not one.expect_change()
+    ((kind, words),) = one.health.take_problems()
+    assert kind == "not_remembered"
+    assert "camera moved" in words

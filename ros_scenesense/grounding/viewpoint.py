@@ -28,7 +28,8 @@ class ViewpointSettings:
         error_share: Share of the words that are wrong, before any is heard.
         error_weight: That share is believed as if it came from so many words.
         blur_rad: How sharp the borders between two directions are.
-        change_share: How likely it is that the viewpoint changes between one word and the next.
+        change_share: How likely it is that the viewpoint changes between one word and the next. The
+            less likely, the more words it takes to prove it, and the less harm wrong words do.
         moved_share: The same if the camera is known to have moved.
         memory: So many words are remembered.
     """
@@ -36,7 +37,7 @@ class ViewpointSettings:
     error_share: float = 0.1
     error_weight: float = 10.0
     blur_rad: float = math.radians(8.0)
-    change_share: float = 0.005
+    change_share: float = 0.0003
     moved_share: float = 0.8
     memory: int = 60
 

@@ -118,16 +118,32 @@ class GroundingStore:
         try:
             with self._connection:
                 memory = self._memory_after(update)
-                self._connection.execute(
-                    "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)",
-                    (update.id, _memory_bytes(memory)),
-                )
+                self._write(update.id, memory)
         except sqlite3.Error as error:
             words = f"update {update.id} could not be written to grounding.db: {error}"
             self._health.problem("not_remembered", words)
             return False
         self.applied, self.memory = update.id, memory
         return True
+
+    def expect_change(self) -> bool:
+        """The camera is known to have moved; returns whether that could be written."""
+        memory = GroundingMemory.from_arrays(self.memory.to_arrays(), self._settings)
+        memory.expect_change()
+        try:
+            with self._connection:
+                self._write(self.applied, memory)
+        except sqlite3.Error as error:
+            words = f"that the camera moved could not be written to grounding.db: {error}"
+            self._health.problem("not_remembered", words)
+            return False
+        self.memory = memory
+        return True
+
+    def _write(self, applied: int, memory: GroundingMemory) -> None:
+        self._connection.execute(
+            "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)", (applied, _memory_bytes(memory))
+        )
 
     def _record_scene(self, record: SceneRecord) -> None:
         with self._connection:
