@@ -58,6 +58,11 @@ class ViewpointEstimator:
         # change of the viewpoint was just before it.
         self._words = np.empty((0, 3))
 
+    @property
+    def expects_change(self) -> bool:
+        """Whether no word that says something came since the camera moved."""
+        return self._expected
+
     def expect_change(self) -> None:
         """The camera is known to have moved: from now on another angle is likely."""
         self._expected = True
