@@ -75,7 +75,7 @@ class ViewpointEstimator:
             azimuth_rad: Where the object is, seen from the reference, in the viewer's axes.
 
         Returns:
-            Whether the viewpoint is now thought to have changed since the last word.
+            Whether another angle became more likely than the one before this word.
         """
         if position not in _DIRECTIONS_RAD:
             return False
