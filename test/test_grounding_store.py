@@ -267,3 +267,17 @@ def test_that_the_camera_moved_cannot_be_written():
     ((kind, words),) = one.health.take_problems()
     assert kind == "not_remembered"
     assert "camera moved" in words
+
+
+def test_taking_a_word_back_does_not_forget_that_the_camera_moved():
+    one = store()
+    for number in range(1, 7):
+        one.record_scene(record(f"s-{number}"))
+        if number == 5:
+            assert one.expect_change()
+        words = "left a b" if number < 5 else "behind a b"
+        assert one.apply(update(number, sample(words, f"s-{number}")))
+    turned = one.memory.yaw_rad
+    assert abs(turned) > 0.5
+    assert one.apply(update(7, sample("behind a b", "s-1")))
+    assert one.memory.yaw_rad == pytest.approx(turned, abs=0.3)

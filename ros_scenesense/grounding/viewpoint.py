@@ -58,6 +58,11 @@ class ViewpointEstimator:
         # change of the viewpoint was just before it.
         self._words = np.empty((0, 3))
 
+    @property
+    def expects_change(self) -> bool:
+        """Whether no word that says something came since the camera moved."""
+        return self._expected
+
     def expect_change(self) -> None:
         """The camera is known to have moved: from now on another angle is likely."""
         self._expected = True
@@ -70,7 +75,7 @@ class ViewpointEstimator:
             azimuth_rad: Where the object is, seen from the reference, in the viewer's axes.
 
         Returns:
-            Whether the viewpoint is now thought to have changed since the last word.
+            Whether another angle became more likely than the one before this word.
         """
         if position not in _DIRECTIONS_RAD:
             return False

@@ -53,6 +53,7 @@ CREATE TABLE told (
     kind TEXT NOT NULL,
     relation TEXT NOT NULL,
     dropped INTEGER NOT NULL,
+    moved INTEGER NOT NULL,
     yaw REAL NOT NULL,
     histograms BLOB NOT NULL,
     UNIQUE (scene_id, first, second, kind)
@@ -203,9 +204,15 @@ class GroundingStore:
             "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ?", key
         )
         self._connection.execute(
-            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, yaw, histograms) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            (*key, sample.relation, dropped, example.forward.yaw_rad, pack_pair(example)),
+            "INSERT INTO told VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (
+                *key,
+                sample.relation,
+                dropped,
+                self.memory.viewpoint.expects_change,
+                example.forward.yaw_rad,
+                pack_pair(example),
+            ),
         )
         return cursor.rowcount > 0
 
@@ -215,9 +222,13 @@ class GroundingStore:
         A mean cannot be unlearned, so all that they said and still say is learned anew.
         """
         afresh = GroundingMemory(self._settings)
-        for relation, dropped, yaw, packed in self._connection.execute(
-            "SELECT relation, dropped, yaw, histograms FROM told ORDER BY number"
+        expected = False
+        for relation, dropped, moved, yaw, packed in self._connection.execute(
+            "SELECT relation, dropped, moved, yaw, histograms FROM told ORDER BY number"
         ):
+            if moved and not expected:
+                afresh.expect_change()
+            expected = bool(moved)
             forward, backward = unpack_pair(packed, yaw)
             example = Example(relation_named(relation), forward, backward, Source.HUMAN)
             afresh.learn([example], bool(dropped))
