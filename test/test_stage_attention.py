@@ -152,7 +152,7 @@ def teach(state, scenes=40):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
-            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(3, np.float32), ())
+            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(4, np.float32), ())
             examples.append((query, bool(bright)))
         assert store.add(f"t-{number}", [("s3", number > 9)], examples)
     store.close()

@@ -81,10 +81,14 @@ def color_image(
 
 
 def query_numbers(overhang: Overhang | None) -> npt.NDArray[np.float32]:
-    """The numbers beside the image of a query: overhang along the image and away, and if known."""
+    """The numbers beside the image of a query, (4,).
+
+    Overhang along the image, away, the larger of the two; 1 if it is known, else all are 0.
+    """
     if overhang is None:
-        return np.zeros(3, np.float32)
-    return np.array([overhang.lateral, overhang.away, 1.0], np.float32)
+        return np.zeros(4, np.float32)
+    larger = max(overhang.lateral, overhang.away)
+    return np.array([overhang.lateral, overhang.away, larger, 1.0], np.float32)
 
 
 def pack(image: npt.NDArray[np.float32]) -> bytes:

@@ -26,7 +26,7 @@ class Query:
         task: Which fluent.
         target: Of which object.
         image: (6, side, side), see `inputs.query_image`.
-        numbers: (3,), see `inputs.query_numbers`.
+        numbers: (4,), see `inputs.query_numbers`.
         objects: The objects of its region.
     """
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import torch
 from torch import Tensor, nn
 
 CHANNELS = 6
@@ -31,9 +32,9 @@ class QueryNetworkConfiguration:
     side: int = 64
     channels: int = CHANNELS
     filters: int = 16
-    numbers: int = 3
-    dropout: float = 0.2
-    learning_rate: float = 1e-3
+    numbers: int = 4
+    dropout: float = 0.3
+    learning_rate: float = 2e-3
 
 
 class QueryNetwork(nn.Module):
@@ -59,13 +60,17 @@ class QueryNetwork(nn.Module):
             nn.ReLU(),
             nn.Linear(64, 2),
         )
-        # Few numbers drown among many features: they have a say of their own.
+        # Few numbers drown among many features: they have a say of their own, and for half of the
+        # training samples the only one.
         self.numbers = nn.Sequential(
-            nn.Linear(configuration.numbers, 16), nn.ReLU(), nn.Linear(16, 2)
+            nn.Linear(configuration.numbers, 32), nn.ReLU(), nn.Linear(32, 2)
         )
 
     def forward(self, images: Tensor, numbers: Tensor) -> Tensor:
         """Logits (B, 2) of images (B, C, side, side) and numbers (B, N)."""
         features = self.features(images)  # (B, 4 * channels)
-        logits: Tensor = self.classifier(features) + self.numbers(numbers)
+        seen = self.classifier(features)
+        if self.training:
+            seen = seen * (torch.rand_like(seen[:, :1]) < 0.5)
+        logits: Tensor = seen + self.numbers(numbers)
         return logits
