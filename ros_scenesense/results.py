@@ -1,4 +1,4 @@
-"""Results of experiments and benchmarks: one JSON file with a Markdown twin.
+"""Results of experiments and benchmarks: one JSON file with a Markdown twin, and maybe a plot.
 
 The names of figures are stable, for other tools read them; figures from the paper stand beside.
 """
@@ -21,7 +21,10 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What an experiment or benchmark found, and what it takes to find it again."""
+    """What an experiment or benchmark found, and what it takes to find it again.
+
+    `notes` are paragraphs of Markdown for people, in which a table or plot may be discussed.
+    """
 
     name: str
     command: str
@@ -30,6 +33,7 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     machine: dict[str, str | int]
     figures: dict[str, float]
     paper: dict[str, float] = {}
+    notes: list[str] = []
     tables: dict[str, Table] = {}
 
 
@@ -70,6 +74,8 @@ def write_atomically(path: Path, content: bytes) -> None:
 def markdown(result: Result) -> str:
     """The result as a page."""
     lines = [f"# {result.name}", "", f"`{result.command}`", ""]
+    for note in result.notes:
+        lines += [note, ""]
     for title, table in result.tables.items():
         lines += [f"## {title}", "", _row(table.columns), _row(["---"] * len(table.columns))]
         lines += [_row(row) for row in table.rows] + [""]

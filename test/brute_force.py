@@ -50,9 +50,15 @@ class Rule:
 
 
 class BruteForce:
-    """Sets of ground literals are sets of bits, one for each literal."""
+    """Sets of ground literals are sets of bits, one for each literal.
 
-    def __init__(self, description: SystemDescription) -> None:
+    Args:
+        description: The domain.
+        complete: Whether inertial fluents are true or false; otherwise they may be unknown.
+    """
+
+    def __init__(self, description: SystemDescription, complete: bool = True) -> None:
+        self.complete = complete
         self.description = description
         self.signature = description.signature
         self._bits: dict[Said, int] = {}
@@ -63,6 +69,7 @@ class BruteForce:
         self.changeable = self._set(
             (atom, sign) for atom in self.inertial for sign in (True, False)
         )
+        self._true = self._set((atom, True) for atom in self.inertial)
         rules = [rule for axiom in description.axioms for rule in self._ground(axiom)]
         self.constraints = [each for each in rules if isinstance(each.axiom, StateConstraint)]
         self.causal = [each for each in rules if isinstance(each.axiom, CausalLaw)]
@@ -81,7 +88,17 @@ class BruteForce:
             )
             for step in range(history.last_step + 1)
         ]
-        paths = [[state] for state in self._first(history, applied) if not state & seen[0]]
+        learned = [
+            self._set(
+                (str(each.fluent), each.value)
+                for each in history.observations
+                if each.step == step and str(each.fluent) in self.inertial and not self.complete
+            )
+            for step in range(history.last_step + 1)
+        ]
+        paths = [
+            [state] for state in self._first(history, applied, learned[0]) if not state & seen[0]
+        ]
         for step in range(history.last_step):
             actions = {str(each.action) for each in history.happened if each.step == step}
             actions |= {
@@ -92,7 +109,9 @@ class BruteForce:
             after = {
                 state: [
                     later
-                    for later in self._successors(state, actions, step + 1, applied)
+                    for later in self._successors(
+                        state, actions, step + 1, applied, learned[step + 1]
+                    )
                     if not later & seen[step + 1]
                 ]
                 for state in {path[-1] for path in paths}
@@ -122,15 +141,15 @@ class BruteForce:
                 return found
         return set()
 
-    def _first(self, history: History, applied: frozenset) -> Iterator[int]:
-        given = self._set((str(each.atom), each.positive) for each in history.initial)
+    def _first(self, history: History, applied: frozenset, learned: int) -> Iterator[int]:
+        given = self._set((str(each.atom), each.positive) for each in history.initial) | learned
         initial = self._with_exceptions(self.initial, 0, applied)
         rules = [*self._lasting(0, applied), *initial]
         for candidate in self.candidates:
             if given & ~candidate:
                 continue
             # The value of a fluent is free unless a default speaks of it.
-            free = candidate & self.changeable
+            free = candidate & self.changeable if self.complete else 0
             for rule in self.initial:
                 if self._applies(rule, candidate):
                     free &= ~(rule.head | self._opposite(rule.head))
@@ -138,30 +157,33 @@ class BruteForce:
                 yield candidate
 
     def _successors(
-        self, state: int, actions: set[str], step: int, applied: frozenset
+        self, state: int, actions: set[str], step: int, applied: frozenset, learned: int
     ) -> Iterator[int]:
         now = state | self._set((action, True) for action in actions)
         if any(self._applies(rule, now) for rule in self.impossible):
             return
-        effects = 0
+        effects = learned & ~state & ~self._opposites(state)
         for rule in self.causal:
             if self._applies(rule, now):
                 effects |= rule.head
         rules = self._lasting(step, applied)
         for candidate in self.candidates:
             if not effects & ~candidate:
-                kept = candidate & state & self.changeable
+                kept = state & self.changeable & ~self._opposites(candidate)
                 if self._closed(candidate, effects | kept, rules):
                     yield candidate
 
     def _candidates(self) -> Iterator[int]:
-        """All states: complete but for estimated fluents, which may be unknown."""
+        """All states: estimated fluents may be unknown, inertial ones only if so wished."""
         both = [
             [self._set([(atom, sign)]) for sign in (True, False)]
             for atom in (*self.inertial, *self.defined, *self.estimated)
         ]
-        unknown = len(self.inertial) + len(self.defined)
-        choices = [[*each, 0] if index >= unknown else each for index, each in enumerate(both)]
+        inertial, known = len(self.inertial), len(self.inertial) + len(self.defined)
+        choices = [
+            [*each, 0] if index >= known or (index < inertial and not self.complete) else each
+            for index, each in enumerate(both)
+        ]
         for parts in itertools.product(*choices):
             yield sum(parts)
 
@@ -209,6 +231,10 @@ class BruteForce:
 
     def _literals(self, state: int) -> State:
         return frozenset(literal for literal, bit in self._bits.items() if bit & state)
+
+    def _opposites(self, state: int) -> int:
+        """The complements of the inertial literals of a state; their bits are neighbours."""
+        return (state & self._true) << 1 | (state & self.changeable & ~self._true) >> 1
 
     def _opposite(self, head: int) -> int:
         ((atom, sign),) = self._literals(head)

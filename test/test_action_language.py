@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from ros_scenesense.knowledge.action_language import (
 from ros_scenesense.knowledge.axioms import CausalLaw, Default, StateConstraint
 from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.knowledge.terms import Constant
+from ros_scenesense.knowledge.writing import written
 from ros_scenesense.resources import resource
 
 DECLARED = """\
@@ -89,6 +91,17 @@ def test_every_axiom_is_read_again_from_what_it_prints(robot_assistant: Domain) 
             read.premises,
             read.conclusions,
         )
+
+
+def test_what_is_written_is_read_again(robot_assistant: Domain) -> None:
+    description = robot_assistant.description
+    text = written(description.axioms)
+    assert max(map(len, text.splitlines())) <= 100
+    empty = description.without(description.ids)
+    assert parse(text, "again", empty).description.axioms == description.axioms
+    odd = replace(description.axioms_of("s2")[0], words='say "no"\nto % that\0.')
+    (read,) = parse(written([odd]), "odd", empty).description.axioms
+    assert read == replace(odd, words="say 'no' to % that .")
 
 
 def test_a_text_goes_on_from_a_description(scene: SystemDescription) -> None:
@@ -272,6 +285,8 @@ def test_many_problems_are_counted() -> None:
     found = problems(DECLARED + "\n".join(f"no_{number}(A)." for number in range(80)))
     assert len(found) == 51
     assert found[-1] == "and 30 more problems"
+    # A text that is something else altogether does not keep anybody waiting.
+    assert problems("a b.\n" * 100_000)[-1] == "and 950 more problems"
 
 
 @pytest.mark.parametrize("text", ["", "  \n", "% only words\n"])
@@ -292,6 +307,7 @@ def test_a_text_without_statements_is_refused(text: str) -> None:
         "\0.",
         "(" * 10_000,
         "stable(A) if " + "[" * 10_000,
+        "stable(A) if if\n" * 5_000,
     ],
 )
 def test_malicious_texts_are_refused_with_short_words(text: str) -> None:

@@ -7,7 +7,7 @@ import pytest
 from demo_samples import INFO, parts, run
 from test_demo_view import console, printed
 
-from ros_scenesense.bench import datasets, decisions, graph, reasoning, steps
+from ros_scenesense.bench import classification, datasets, decisions, graph, reasoning, steps
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.bench.suite import GROUPS, Group, run_suite
 from ros_scenesense.cli import bench as command
@@ -63,6 +63,7 @@ def test_results_are_written_as_json_and_markdown(result, tmp_path):
         "seed",
         "versions",
         "machine",
+        "notes",
         "figures",
         "paper",
         "tables",
@@ -152,10 +153,18 @@ def test_a_run_that_is_not_complete_gives_no_figures(monkeypatch, tmp_path, scen
 
 def test_real_steps_are_measured():
     measured = steps.measure(QUICK)
-    assert set(measured.figures) == {"relations_ms_5", "classify_ms_5"}
+    assert set(measured.figures) == {"relations_ms_5", "decide_ms_5"}
     assert all(value > 0.0 for value in measured.figures.values())
     (table,) = measured.tables.values()
     assert [row[1] for row in table.rows] == [15, 15]
+
+
+def test_reasoning_about_scenes_is_measured():
+    measured = classification.measure(QUICK)
+    assert {"classify_ms_5", "classify_ms_40", "explain_ms_5"} <= set(measured.figures)
+    assert set(measured.figures) <= {figure.name for figure in classification.FIGURES}
+    assert all(value > 0.0 for value in measured.figures.values())
+    assert measured.figures["classify_ms_5"] < measured.figures["classify_ms_40"]
 
 
 def test_knowledge_and_reasoning_are_timed():

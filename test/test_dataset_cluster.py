@@ -41,7 +41,7 @@ class Cluster:
         self._workers: list[subprocess.Popen[bytes]] = []
         # Waits for the file of the scheduler.
         self._start_worker()
-        until(self._file.exists)
+        until(lambda: is_whole(self._file))
         self.address = str(msgspec.json.decode(self._file.read_bytes())["address"])
         self.client = distributed.Client(self.address, timeout=TIMEOUT_S, set_as_default=False)
 
@@ -75,6 +75,14 @@ class Cluster:
             return subprocess.Popen(
                 command, cwd=self._folder, env=environment, stdout=log, stderr=log
             )
+
+
+def is_whole(file: Path) -> bool:
+    """Whether a JSON file is there, and not only its beginning."""
+    try:
+        return bool(msgspec.json.decode(file.read_bytes()))
+    except (FileNotFoundError, msgspec.DecodeError):
+        return False
 
 
 def until(condition: Callable[[], bool]) -> None:

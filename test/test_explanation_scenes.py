@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -300,3 +302,18 @@ def test_the_running_graph_is_asked_in_words(
 ) -> None:
     assert main(["explain", "stable(duck)", *option]) == 2
     assert f"{option[0]} needs --scene" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/explanation.md"])
+def test_the_documentation_shows_what_the_command_prints(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (Path(__file__).resolve().parent.parent / page).read_text()
+    [described] = re.findall(r"```yaml\n(objects:.*?)```", text, re.DOTALL)
+    (tmp_path / "tower.yaml").write_text(described)
+    monkeypatch.chdir(tmp_path)
+    shown = re.findall(r"```console\n\$ scenesense (explain .*?)\n(.*?)```", text, re.DOTALL)
+    assert shown
+    for command, output in shown:
+        assert main(shlex.split(command)) == 0
+        assert capsys.readouterr().out == output

@@ -81,8 +81,9 @@ def domains(draw: Callable, restoring: bool) -> Domain:
             statements.append(f"hpd({action}, {step}).")
     fluents = st.sampled_from(["p(a)", "p(b)", "q", "d(1)", "e(a)", "e(b)"])
     for fluent in draw(st.lists(fluents, max_size=4 if restoring else 1, unique=True)):
-        value, step = draw(st.sampled_from(["true", "false"])), draw(st.integers(0, steps))
-        statements.append(f"obs({fluent}, {value}, {step}).")
+        value = draw(st.sampled_from(["true", "false"]))
+        for step in draw(st.sampled_from([[0], [steps], list(range(steps + 1))])):
+            statements.append(f"obs({fluent}, {value}, {step}).")
     if draw(st.booleans()):
         statements.append(draw(st.sampled_from(["initially q.", "initially -p(a), p(b)."])))
     statements.append("obs(q, true, 0)." if draw(st.booleans()) else "obs(q, false, 0).")
@@ -93,8 +94,10 @@ def domains(draw: Callable, restoring: bool) -> Domain:
         raise
 
 
-def answer_sets(domain: Domain, *arguments: str) -> list[list[clingo.Symbol]]:
-    options = Options(complete=True, show_all=True)
+def answer_sets(
+    domain: Domain, *arguments: str, complete: bool = True
+) -> list[list[clingo.Symbol]]:
+    options = Options(complete=complete, show_all=True)
     control = clingo.Control(["0", *arguments], logger=lambda *_: None)
     control.add(translate(domain.description, domain.history, options))
     control.ground()
@@ -139,6 +142,16 @@ def test_answer_sets_are_the_paths_of_the_transition_diagram(domain: Domain) -> 
     found = [path(symbols, last) for symbols in answer_sets(domain, "-c", "restore=0")]
     assert len(found) == len(set(found))
     assert set(found) == BruteForce(domain.description).paths(domain.history)
+
+
+@settings(COST, max_examples=60)
+@given(domains(restoring=False))
+def test_what_is_not_known_initially_stays_unknown_until_something_says_it(domain: Domain) -> None:
+    last = domain.history.last_step
+    sets = answer_sets(domain, "-c", "restore=0", complete=False)
+    found = [path(symbols, last) for symbols in sets]
+    assert len(found) == len(set(found))
+    assert set(found) == BruteForce(domain.description, complete=False).paths(domain.history)
 
 
 @COST

@@ -127,7 +127,8 @@ class TestCommand:
             one["box"]["pose"]["position"] for one in json.loads(capsys.readouterr().out)["objects"]
         ]
         assert all(0.4 < box[2] < 1.5 for box in boxes)
-        assert files.run("--depth-scale", "0") == 2
+        assert files.run("--json", "--depth-scale", "0.0001") == 0
+        assert files.run("--depth-scale", "0") == files.run("--depth-scale", "nan") == 2
 
     @pytest.mark.parametrize("part", ["color", "depth", "camera"])
     def test_a_missing_file_is_named(self, files, capsys, part):
@@ -248,6 +249,8 @@ def test_an_object_is_described_by_what_is_known_of_it():
     size = SizeAttribute(value=Size.SMALL, source="measured")
     red = msgspec.structs.replace(bare, color=color, size=size)
     assert described(red) == "object_1 (small red)"
+    other = NameAttribute(value="other", source="measured")
+    assert described(msgspec.structs.replace(red, shape=other)) == "object_1 (small red)"
 
 
 def test_what_matters_most_is_said_first_and_in_words():
@@ -267,7 +270,7 @@ REAL = {
     "uoc/000000": (
         "73,309 174,263 204,196 282,110 343,116 300,251 233,330 422,334 496,245 542,373",
         10,
-        11,
+        14,
     ),
     "uoc/000004": ("240,130 245,290 430,180 470,280", 4, 4),
     "osd/learn6": ("255,270 190,215", 2, 2),

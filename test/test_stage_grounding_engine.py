@@ -136,7 +136,7 @@ def test_without_a_table_and_pose_the_cameras_axes_serve_and_it_is_said():
     assert "camera pose is unknown" in result.problems[0][1]
 
 
-def test_given_attributes_are_kept_and_others_stay_unknown():
+def test_given_attributes_are_kept_and_others_are_measured():
     scene = scene_of([MIDDLE])
     given = KnownObject(
         instance=1,
@@ -151,7 +151,25 @@ def test_given_attributes_are_kept_and_others_stay_unknown():
     assert (one.size.value, one.size.source) == (Size.LARGE, "given")
     assert (one.surface.value, one.shape.value, one.color.value) == (Surface.FLAT, "cube", "red")
     (bare,) = engine().ground(render([MIDDLE]), scene_of([MIDDLE])).objects.objects
-    assert (bare.size, bare.surface, bare.shape, bare.color) == (None, None, None, None)
+    measured = (bare.size, bare.surface, bare.shape, bare.color)
+    assert [one.value for one in measured] == [Size.MEDIUM, Surface.FLAT, "box", "grey"]
+    assert {one.source for one in measured} == {"measured"}
+
+
+def test_each_attribute_that_is_not_given_is_measured():
+    given = KnownObject(instance=1, name="middle", color="red")
+    scene = msgspec.structs.replace(scene_of([MIDDLE]), objects=[given])
+    (one,) = engine().ground(render([MIDDLE]), scene).objects.objects
+    assert (one.color.value, one.color.source) == ("red", "given")
+    assert (one.shape.value, one.shape.source) == ("box", "measured")
+
+
+def test_of_an_object_that_another_hides_only_the_colour_is_measured():
+    hidden, before = MIDDLE, Block("before", (-0.2, 0.03, 0.0))
+    listed = engine().ground(render([hidden, before]), scene_of([hidden, before])).objects.objects
+    assert (listed[0].size, listed[0].surface, listed[0].shape) == (None, None, None)
+    assert listed[0].color.value == "grey"
+    assert listed[1].shape.value == "box"
 
 
 def test_a_hidden_object_is_listed_but_not_located():

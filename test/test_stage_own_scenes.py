@@ -110,6 +110,14 @@ class TestChoice:
             own.take(second * SECOND)
         assert health.counters["scenes_minted"] == health.counters["repeated"] == 1
 
+    def test_a_question_whose_frame_waits_for_the_scene_before_is_not_given_up(self):
+        own, health = own_scenes()
+        scene_id = own.ask(0)
+        own.offer(frame_at(1), SECOND)
+        own.expire(60 * SECOND)
+        assert not health.counters
+        assert own.take(60 * SECOND)[1].scene_id == scene_id
+
     def test_when_time_begins_anew_frames_are_taken_as_before(self):
         own, _ = own_scenes(rate_hz=1.0)
         own.offer(frame_at(1), 500 * SECOND)

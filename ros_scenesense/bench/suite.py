@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from ros_scenesense.bench import datasets, decisions, graph, reasoning, steps
+from ros_scenesense.bench import (
+    classification,
+    datasets,
+    decisions,
+    graph,
+    perception,
+    reasoning,
+    steps,
+)
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.provenance import machine, versions
 from ros_scenesense.results import Result, Table
@@ -29,6 +37,8 @@ class Group:
 GROUPS = (
     Group("the graph, real nodes", graph.FIGURES, graph.measure),
     Group("grounding and classification, single scenes", steps.FIGURES, steps.measure),
+    Group("objects told apart and described", perception.FIGURES, perception.measure),
+    Group("reasoning about scenes", classification.FIGURES, classification.measure),
     Group("knowledge and reasoning", reasoning.FIGURES, reasoning.measure),
     Group("decisions against physics, many scenes", decisions.FIGURES, decisions.measure),
     Group("datasets of simulated scenes", datasets.FIGURES, datasets.measure),

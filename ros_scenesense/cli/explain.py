@@ -33,7 +33,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = __doc__
     parser.epilog = _EPILOG
     parser.add_argument(
-        "literal", metavar="LITERAL", help="in the action language, e.g. '-stable(red_can)'"
+        "literal",
+        nargs="?",
+        metavar="LITERAL",
+        help="in the action language, e.g. '-stable(red_can)'",
+    )
+    parser.add_argument(
+        "--goal",
+        metavar="GOAL",
+        help="instead of LITERAL: why each action of the shortest plan for this goal",
     )
     add_scene_arguments(parser, required=False)
     parser.add_argument(
@@ -59,6 +67,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the explanation."""
+    if (arguments.literal is None) is (arguments.goal is None):
+        raise ParameterError("say either a LITERAL or a --goal")
+    if arguments.goal is not None:
+        return _explain_plan(arguments)
     if arguments.scene is None:
         return _ask(arguments)
     if arguments.scene_id is not None:
@@ -75,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _explained(arguments: argparse.Namespace) -> SceneExplanation:
     program = Program.shipped()
-    withheld = [name for name in arguments.without.replace(" ", "").split(",") if name]
+    withheld = _withheld(arguments)
     known = [axiom.id for axiom in program.axioms]
     unknown = [name for name in withheld if name not in known]
     if unknown:
@@ -84,6 +96,31 @@ def _explained(arguments: argparse.Namespace) -> SceneExplanation:
         )
     explainer = SceneExplainer(program, scene_of(arguments).facts, withheld)
     return explainer.explain(explainer.literal(arguments.literal))
+
+
+def _withheld(arguments: argparse.Namespace) -> list[str]:
+    return [name for name in arguments.without.replace(" ", "").split(",") if name]
+
+
+def _explain_plan(arguments: argparse.Namespace) -> int:
+    """Tells why each action of a plan."""
+    from ros_scenesense.cli.plan_purposes import as_json, explained_plan
+
+    if arguments.scene is None:
+        raise ParameterError("--goal needs --scene: from where should the plan start?")
+    if arguments.svg is not None:
+        raise ParameterError("--svg draws the explanation of a literal, not of a plan")
+    explained, renamed = explained_plan(arguments, _withheld(arguments))
+    if arguments.json:
+        print(json.dumps({"plan": as_json(explained), "renamed": renamed}, indent=2))
+        return 0
+    for each in explained:
+        print(f"{each.step}. {each.action}\n   {each}")
+    if not explained:
+        print("the goal holds already")
+    for constant, name in renamed.items():
+        print(f"{constant} is {name!r}.")
+    return 0
 
 
 def _ask(arguments: argparse.Namespace) -> int:

@@ -26,6 +26,7 @@ COMMANDS = {
     "translate": "turn a domain in the action language into a program that clingo runs alone",
     "plan": "find the actions that lead from a scene to a goal",
     "explain": "tell why a literal holds in a scene, or why not",
+    "experiment": "run an experiment of the paper: tables, plot, discussion",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

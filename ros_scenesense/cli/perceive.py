@@ -37,7 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--depth-scale",
         type=float,
         metavar="NUMBER",
-        help="units of the depth image per metre (default: as the intrinsics say, else 1000)",
+        help="units of the depth image per metre, or below 1 metres per unit (default: as the "
+        "intrinsics say, else 1000)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for picture and JSON")
     parser.add_argument(
@@ -47,14 +48,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Perceives the frame, prints and writes what was found."""
-    from ros_scenesense.perceive.frame_files import read_frame
+    from ros_scenesense.perceive.frame_files import read_frame, units_per_metre_of
     from ros_scenesense.perceive.run import perceive
     from ros_scenesense.perceive.words import listing
 
-    scale = arguments.depth_scale
-    if scale is not None and not 0.0 < scale < float("inf"):
-        raise ParameterError(f"--depth-scale is {scale:g}, must be a number above 0")
-    frame = read_frame(arguments.color, arguments.depth, arguments.intrinsics, scale)
+    units = arguments.depth_scale
+    try:
+        units = None if units is None else units_per_metre_of(units)
+    except ValueError as error:
+        raise ParameterError(f"--depth-scale: {error}") from error
+    frame = read_frame(arguments.color, arguments.depth, arguments.intrinsics, units)
     found = perceive(frame)
     content = msgspec.json.format(msgspec.json.encode(found.report), indent=2)
     if arguments.out is not None:

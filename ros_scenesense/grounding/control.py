@@ -18,6 +18,7 @@ from ros_scenesense.grounding.trust import (
     Model,
     TrustSettings,
     TrustState,
+    odds_for_msr,
     trust_in,
     with_feedback,
 )
@@ -110,35 +111,33 @@ class Control:
         """
         claims = _claims(forward, backward)
         if isinstance(relation, Distance):
-            words = {model: one.distance for model, one in claims.items()}
-            agreed = {model: word.relation is relation for model, word in words.items()}
-            charge = self._choose(words) if words else Model.QSR
+            near = {model: one.distance for model, one in claims.items()}
+            agreed = {model: word.relation is relation for model, word in near.items()}
+            charge, named = self._choose(near), Kind.DISTANCE
         else:
             places = {model: one.position for model, one in claims.items()}
             agreed = {model: _same(word, relation) for model, word in places.items()}
-            charge = self._choose(places) if places else Model.QSR
+            charge, named = self._choose(places), Kind.of(relation)
+            if Model.QSR in places:
+                named = Kind.of(places[Model.QSR].relation)
         self.state, dropped = with_feedback(
-            self.state, Kind.of(relation), agreed, charge, self.settings
+            self.state, Kind.of(relation), agreed, charge, named, self.settings
         )
         return Learned(agreed, dropped)
 
     def _choose(self, words: dict[Model, _Word[Word]]) -> Model:
-        """Whose word is passed on."""
-        if len(words) == 1:
-            (only,) = words
-            return only
+        """Whose word is passed on; that of the qualitative grounding if nobody says anything."""
+        if len(words) < 2:
+            return next(iter(words), Model.QSR)
         qsr, msr = words[Model.QSR], words[Model.MSR]
         if self.mode == SWITCH:
             return Model.MSR if self.trust(Model.MSR) > self.trust(Model.QSR) else Model.QSR
         if (qsr.relation, qsr.swapped) == (msr.relation, msr.swapped):
             return Model.QSR
-        return (
-            Model.MSR if self._weight(Model.MSR, msr) > self._weight(Model.QSR, qsr) else Model.QSR
-        )
-
-    def _weight(self, model: Model, word: _Word[Word]) -> float:
-        """How much speaks for a word: log odds of trust, and of how sure the grounding is."""
-        return _log_odds(self.trust(model, Kind.of(word.relation))) + _log_odds(word.confidence)
+        # By what the qualitative grounding says of a pair, that is how feedback on it is kept.
+        odds = odds_for_msr(self.state, self.settings, Kind.of(qsr.relation))
+        surer = _log_odds(msr.confidence) - _log_odds(qsr.confidence)
+        return Model.MSR if odds + _SURENESS * surer > 0.0 else Model.QSR
 
 
 Word = TypeVar("Word", Position, Distance)
@@ -224,6 +223,8 @@ def _log_odds(share: float) -> float:
 
 # Nothing is surer than this, whatever it says of itself.
 _SUREST = 0.02
+# How sure the groundings are of a pair counts so much beside how often they were right.
+_SURENESS = 0.5
 
 
 def _disagree(forward: Grounding, backward: Grounding) -> bool:

@@ -66,6 +66,9 @@ class TrustState(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Attributes:
         qsr: Agreement of the qualitative grounding by kind of relation.
         msr: The same of the metric grounding.
+        qsr_alone: By kind of relation that the qualitative grounding named, how often it alone was
+            right.
+        msr_alone: By the same kinds, how often the metric grounding alone was right.
         alarms: By kind of relation, how much speaks for a drop of agreement (log likelihood ratio).
         viewpoint: How often agreement dropped so far.
         feedback_count: Feedbacks since the start.
@@ -73,6 +76,8 @@ class TrustState(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     qsr: dict[Kind, Agreement] = {}
     msr: dict[Kind, Agreement] = {}
+    qsr_alone: dict[Kind, float] = {}
+    msr_alone: dict[Kind, float] = {}
     alarms: dict[Kind, float] = {}
     viewpoint: int = 0
     feedback_count: int = 0
@@ -97,10 +102,15 @@ class TrustSettings:
 
     qsr: float = 0.9
     msr: float = 0.1
-    weight: float = 4.0
+    weight: float = 2.0
     remembered: float = 2.0
     dropped: float = 0.5
-    alarm: float = 3.0
+    alarm: float = 5.0
+
+
+# People err: never is more agreement expected, and where less is, its loss would not be noticed.
+_MOST_EXPECTED = 0.9
+_LEAST_EXPECTED = 0.6
 
 
 def trust_in(state: TrustState, model: Model, settings: TrustSettings, kind: Kind | None) -> float:
@@ -112,11 +122,39 @@ def trust_in(state: TrustState, model: Model, settings: TrustSettings, kind: Kin
     return right / (sum(one.given for one in agreements) + settings.weight)
 
 
+def odds_for_msr(state: TrustState, settings: TrustSettings, kind: Kind) -> float:
+    """How much more likely the metric grounding is right where the two disagree: log odds.
+
+    From the feedback on which only one of them was right: the rest says nothing of whom to follow.
+    What is not known yet of a kind of position is taken to be as with the other kinds.
+
+    Args:
+        state: What was found so far.
+        settings: Where trust starts.
+        kind: Of the relation that the qualitative grounding names.
+    """
+    qsr, msr = settings.weight * settings.qsr, settings.weight * settings.msr
+    if kind is not Kind.DISTANCE:
+        others = [one for one in Kind if one is not Kind.DISTANCE]
+        qsr += sum(state.qsr_alone.get(one, 0.0) for one in others)
+        msr += sum(state.msr_alone.get(one, 0.0) for one in others)
+        scale = settings.weight / (qsr + msr) if qsr + msr > 0.0 else 0.0
+        qsr, msr = scale * qsr, scale * msr
+    qsr += state.qsr_alone.get(kind, 0.0)
+    msr += state.msr_alone.get(kind, 0.0)
+    return math.log((msr + _LEAST) / (qsr + _LEAST))
+
+
+# Also a trust of zero may be overcome.
+_LEAST = 1e-3
+
+
 def with_feedback(
     state: TrustState,
     kind: Kind,
     right: dict[Model, bool],
     charge: Model,
+    named: Kind,
     settings: TrustSettings,
 ) -> tuple[TrustState, bool]:
     """The state after a feedback, and whether agreement is now thought to have dropped.
@@ -126,9 +164,10 @@ def with_feedback(
         kind: Of the relation that the person named.
         right: Whether a grounding had named it so, if it named anything.
         charge: Which grounding's word was passed on.
+        named: Kind of the relation that the qualitative grounding had named.
         settings: How trust moves.
     """
-    expected = min(0.95, max(0.6, trust_in(state, charge, settings, kind)))
+    expected = min(_MOST_EXPECTED, max(_LEAST_EXPECTED, trust_in(state, charge, settings, kind)))
     dropped = settings.dropped * expected
     gains = {True: math.log(dropped / expected), False: math.log((1 - dropped) / (1 - expected))}
     alarm = state.alarms.get(kind, 0.0)
@@ -136,14 +175,23 @@ def with_feedback(
         alarm = max(0.0, alarm + gains[right[charge]])
     is_drop = alarm >= settings.alarm
     qsr, msr = dict(state.qsr), dict(state.msr)
+    alone = {Model.QSR: dict(state.qsr_alone), Model.MSR: dict(state.msr_alone)}
     for model, table in ((Model.QSR, qsr), (Model.MSR, msr)):
         if is_drop:
             table[kind] = state.of(model, kind).faded(settings.remembered)
+            alone[model] = {
+                one: min(count, settings.remembered) for one, count in alone[model].items()
+            }
         if model in right:
             table[kind] = table.get(kind, Agreement()).after(right[model])
+    if len(right) == 2 and right[Model.QSR] != right[Model.MSR]:
+        winner = Model.QSR if right[Model.QSR] else Model.MSR
+        alone[winner][named] = alone[winner].get(named, 0.0) + 1.0
     after = TrustState(
         qsr=qsr,
         msr=msr,
+        qsr_alone=alone[Model.QSR],
+        msr_alone=alone[Model.MSR],
         alarms=state.alarms | {kind: 0.0 if is_drop else alarm},
         viewpoint=state.viewpoint + is_drop,
         feedback_count=state.feedback_count + 1,

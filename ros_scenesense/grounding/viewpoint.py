@@ -4,7 +4,8 @@ People name left and right along axes of their own: those of the robot when they
 When the camera moves to another side of the table, the viewer's axes turn away from these, and the
 fixed meaning of the prepositions is no longer theirs. Every word about a pair of known direction
 says something about the angle. The estimate is Bayesian: words that contradict the present angle
-speak for a change at some time, but people also err, and a few contradictions are no proof.
+speak for a change at some time, but people also err. How often they do is learned from the words
+themselves: after many that fit, a few contradictions are a proof, among many errors they are not.
 """
 
 from __future__ import annotations
@@ -24,16 +25,18 @@ class ViewpointSettings:
     """What is assumed of people and of viewpoints.
 
     Attributes:
-        error_share: Share of the words that are wrong.
+        error_share: Share of the words that are wrong, before any is heard.
+        error_weight: That share is believed as if it came from so many words.
         blur_rad: How sharp the borders between two directions are.
         change_share: How likely it is that the viewpoint changes between one word and the next.
         moved_share: The same if the camera is known to have moved.
         memory: So many words are remembered.
     """
 
-    error_share: float = 0.15
+    error_share: float = 0.1
+    error_weight: float = 10.0
     blur_rad: float = math.radians(8.0)
-    change_share: float = 0.02
+    change_share: float = 0.005
     moved_share: float = 0.8
     memory: int = 60
 
@@ -75,14 +78,14 @@ class ViewpointEstimator:
         self._expected = False
         word = [[azimuth_rad, _DIRECTIONS_RAD[position], share]]
         self._words = np.concatenate([self._words, word])[-settings.memory :]
-        likelihoods = self._log_likelihoods(_GRID_RAD)  # (words, angles)
-        present = self._log_likelihoods(np.array([self.yaw_rad]))[:, 0]
-        since = self._change(likelihoods, present)
+        errors = self._error_shares()
+        since = self._change(errors)
         if since is not None:
             self._words, self._turned = self._words[since:], True
-            likelihoods = likelihoods[since:]
         if self._turned:
-            self.yaw_rad = _mean_angle(likelihoods.sum(axis=0))
+            fits = self._fits(_GRID_RAD)
+            share = float(errors[since or 0])
+            self.yaw_rad = _mean_angle(_log_likelihoods(fits, share).sum(axis=0))
         return since is not None
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -114,23 +117,37 @@ class ViewpointEstimator:
         estimator._words = np.array(words, dtype=np.float64)
         return estimator
 
-    def _log_likelihoods(self, yaws: Float) -> Float:
-        """Of every word given every angle, (words, angles)."""
+    def _fits(self, yaws: Float) -> Float:
+        """How well every word fits every angle, from 0 to 1: (words, angles)."""
         off = self._words[:, :1] - self._words[:, 1:2] - yaws
         off = np.abs(np.remainder(off + math.pi, 2.0 * math.pi) - math.pi)
-        within = 1.0 / (1.0 + np.exp((off - math.pi / 4.0) / self.settings.blur_rad))
-        error = self.settings.error_share
-        return np.asarray(np.log(error / len(_DIRECTIONS_RAD) + (1.0 - error) * within))
+        return np.asarray(1.0 / (1.0 + np.exp((off - math.pi / 4.0) / self.settings.blur_rad)))
 
-    def _change(self, likelihoods: Float, present: Float) -> int | None:
-        """The first word of a new viewpoint; None if a change is not more likely than none."""
-        # Entry k: the words from k on are about another angle, any angle being as likely.
-        since = np.cumsum(likelihoods[::-1], axis=0)[::-1]  # (words, angles)
-        highest = since.max(axis=1)
-        evidence = highest + np.log(np.exp(since - highest[:, None]).mean(axis=1))
+    def _error_shares(self) -> Float:
+        """The share of wrong words, as it was known before every word; (words,)."""
+        weight = self.settings.error_weight
+        wrong, shares = weight * self.settings.error_share, []
+        for number, fit in enumerate(self._fits(np.array([self.yaw_rad]))[:, 0]):
+            share = wrong / (weight + number)
+            shares.append(share)
+            error = share / len(_DIRECTIONS_RAD)
+            wrong += error / (error + (1.0 - share) * float(fit))
+        return np.array(shares)
+
+    def _change(self, errors: Float) -> int | None:
+        """The first word of a new viewpoint; None if a change is not more likely than none.
+
+        Args:
+            errors: As `_error_shares` gives them.
+        """
+        fits = self._fits(_GRID_RAD)
+        present = _log_likelihoods(self._fits(np.array([self.yaw_rad]))[:, 0], errors)
         before = np.concatenate([[0.0], np.cumsum(present)[:-1]])
-        shares = self._words[:, 2]
-        changed = before + evidence + np.log(shares / (1.0 - shares))
+        # Entry k: the words from k on are about another angle, any angle being as likely.
+        changed = before + np.log(self._words[:, 2] / (1.0 - self._words[:, 2]))
+        for first, share in enumerate(errors):
+            since = _log_likelihoods(fits[first:], float(share)).sum(axis=0)
+            changed[first] += since.max() + math.log(float(np.exp(since - since.max()).mean()))
         top = float(changed.max())
         total = top + math.log(float(np.exp(changed - top).sum()))
         return int(changed.argmax()) if total > float(present.sum()) else None
@@ -143,6 +160,12 @@ _DIRECTIONS_RAD = {
     Position.FRONT: -math.pi / 2.0,
 }
 _GRID_RAD = np.radians(np.arange(-180.0, 180.0, 3.0))
+
+
+def _log_likelihoods(fits: Float, error_share: float | Float) -> Float:
+    """Of words that fit so well, if that share of words is wrong."""
+    error = error_share / len(_DIRECTIONS_RAD)
+    return np.asarray(np.log(error + (1.0 - error_share) * fits))
 
 
 def _mean_angle(log_likelihood: Float) -> float:

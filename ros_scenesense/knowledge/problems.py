@@ -12,6 +12,9 @@ from ros_scenesense.knowledge.terms import Place
 MOST_PROBLEMS = 50
 """More are counted, not shown: nobody reads them."""
 
+MOST_COUNTED = 1000
+"""With so many, the text is something else."""
+
 LONGEST_WORDS = 300
 """Longer words, such as whole nested terms, lose their middle."""
 
@@ -36,14 +39,17 @@ class Problems:
     def __bool__(self) -> bool:
         return bool(self._found)
 
-    def __iter__(self) -> Iterable[Problem]:
-        return iter(self._found)
-
     def add(self, place: Place | None, words: str) -> None:
-        """Notes a problem; without a place if it is in something that was made, not written."""
+        """Notes a problem; without a place if it is in something that was made, not written.
+
+        Raises:
+            LanguageError: If there are so many that it is not worth while to look for more.
+        """
         if len(words) > LONGEST_WORDS:
             words = f"{words[: LONGEST_WORDS - 100]} … {words[-90:]}"
         self._found[Problem(place or Place("made by a program", 1, 1), words)] = None
+        if len(self._found) >= MOST_COUNTED:
+            self.check()
 
     def check(self) -> None:
         """Ends with what was found.

@@ -26,6 +26,8 @@ from ros_scenesense.knowledge.trees import Node, Reader, absolute
 _DECLARING = frozenset(
     ["sort", "const", "static", "inertial", "defined", "estimated", "action", "exogenous", "goal"]
 )
+# A statement of that many parts that cannot be read is none.
+_MOST_RESUMED = 20
 _PIECES = re.compile(r'"[^"\n]*"|%[^\n]*|\.\.|\.|"|\s+|[^\s".%]+')
 _NAMES = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _SYMBOLS = frozenset("(){}<>=!+-*/,:_")
@@ -148,8 +150,9 @@ def _trees(chunk: _Chunk, start: str, problems: Problems) -> Iterator[tuple[_Chu
     """The tree of a chunk, or None and, if a line in it begins a new statement, what follows."""
     parser = _parser()
     rest: _Chunk | None = chunk
-    while rest is not None:
-        part, rest = rest, None
+    resumed = 0
+    while rest is not None and resumed <= _MOST_RESUMED:
+        part, rest, resumed = rest, None, resumed + 1
         try:
             tree = parser.parse(part.text, start=start)
         except UnexpectedInput as error:

@@ -196,10 +196,21 @@ def read_camera(path: Path) -> CameraFile:
         numbers = _pinhole(document)
         width, height = (_size(document, name) for name in ("width", "height"))
         scale = document.get("depth_scale")
-        units = None if scale is None else _units(_number("depth_scale", scale))
+        units = None if scale is None else units_per_metre_of(_number("depth_scale", scale))
     except ValueError as error:
         raise FrameError(f"intrinsics '{path}': {error}") from error
     return CameraFile(*numbers, width=width, height=height, units_per_metre=units)
+
+
+def units_per_metre_of(depth_scale: float) -> float:
+    """Depth units per metre; a scale below 1 is taken as metres per unit.
+
+    Raises:
+        ValueError: If it is not positive.
+    """
+    if not 0.0 < depth_scale < math.inf:
+        raise ValueError(f"depth_scale is {depth_scale:g}, must be a number above 0")
+    return depth_scale if depth_scale >= 1.0 else 1.0 / depth_scale
 
 
 def _document(path: Path) -> Mapping[str, Any]:
@@ -248,12 +259,6 @@ def _size(document: Mapping[str, Any], name: str) -> int | None:
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise ValueError(f"{name} is {value!r:.40}, must be a positive integer")
     return value
-
-
-def _units(scale: float) -> float:
-    if scale <= 0.0:
-        raise ValueError(f"depth_scale is {scale:g}, must be positive")
-    return scale if scale >= 1.0 else 1.0 / scale
 
 
 def _suggestion(pixels: npt.NDArray[np.uint16]) -> str:

@@ -19,7 +19,7 @@ _STABLE: dict[bool | None, Color] = {
     False: (205, 0, 0),
     None: (90, 90, 90),
 }
-_MASK_SHARE = 0.35
+_MASK_SHARE = 0.25
 _PANEL_WIDTH = 620
 _LINE_HEIGHT = 25
 _FONT = cv2.FONT_HERSHEY_SIMPLEX

@@ -32,7 +32,8 @@ _MOST_RELATIONS = 30
 
 def described(one: PerceivedObject) -> str:
     """An object with what is known of it: `object_1 (small red cube)`."""
-    known = [str(each.value) for each in (one.size, one.color, one.shape) if each is not None]
+    given = [each.value for each in (one.size, one.color, one.shape) if each is not None]
+    known = [str(value) for value in given if value != "other"]
     return f"{one.name} ({' '.join(known)})" if known else one.name
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ros_scenesense.geometry import Box, Float, Pose, quaternion_of
@@ -16,8 +18,21 @@ def robust_bounds(points: Float) -> tuple[Float, Float]:
     They are the 3rd and 97th percentiles: minimum and maximum would follow the mixed pixels that
     depth cameras give at edges.
     """
-    low, high = np.percentile(points, (LOWEST_PERCENT, HIGHEST_PERCENT), axis=0)
+    low, high = percentiles(points, (LOWEST_PERCENT, HIGHEST_PERCENT))
     return low, high
+
+
+def percentiles(values: Float, percents: Sequence[float]) -> Float:
+    """Percentiles of values (N, ...) along the first axis, (len(percents), ...).
+
+    As `numpy.percentile`, which spends most of its time on other cases than some hundred values.
+    """
+    ordered = np.sort(values, axis=0)
+    places = np.asarray(percents) / 100.0 * (len(ordered) - 1)
+    below = np.floor(places).astype(np.intp)
+    above = np.minimum(below + 1, len(ordered) - 1)
+    share = (places - below).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(ordered[below] + (ordered[above] - ordered[below]) * share)
 
 
 def oriented_box(low: Float, high: Float, axes: Float) -> Box:

@@ -24,14 +24,16 @@ class ObjectCloud:
     Attributes:
         readings: How many of its pixels have a depth reading of its surface.
         points: A random sample of these, (M, 3) metres in the camera optical frame.
+        pixels: (M,) their flat indices in the image.
     """
 
     readings: int
     points: Float
+    pixels: npt.NDArray[np.intp]
 
 
 def object_clouds(
-    points: Float,
+    points: npt.NDArray[np.floating],
     instances: npt.NDArray[np.uint16],
     ids: Sequence[int],
     sample: int,
@@ -59,14 +61,18 @@ def object_clouds(
     sorted_labels = labels[pixels]
     first = np.searchsorted(sorted_labels, ids, side="left")
     last = np.searchsorted(sorted_labels, ids, side="right")
+    drawn = [_draw(pixels[start:end], sample, rng) for start, end in zip(first, last, strict=True)]
     return [
-        ObjectCloud(int(end - start), flat[_draw(pixels[start:end], sample, rng)])
-        for start, end in zip(first, last, strict=True)
+        ObjectCloud(int(end - start), flat[mine].astype(np.float64), mine)
+        for start, end, mine in zip(first, last, drawn, strict=True)
     ]
 
 
 def background_points(
-    points: Float, instances: npt.NDArray[np.uint16], sample: int, rng: np.random.Generator
+    points: npt.NDArray[np.floating],
+    instances: npt.NDArray[np.uint16],
+    sample: int,
+    rng: np.random.Generator,
 ) -> Float:
     """At most `sample` random points (N, 3) of the pixels that belong to no object.
 
@@ -78,7 +84,7 @@ def background_points(
     """
     flat = points.reshape(-1, 3)
     pixels = np.flatnonzero((instances.reshape(-1) == 0) & np.isfinite(flat[:, 2]))
-    return flat[_draw(pixels, sample, rng)]
+    return flat[_draw(pixels, sample, rng)].astype(np.float64)
 
 
 def frame_cloud(
@@ -118,7 +124,9 @@ def frame_cloud(
     return points, colors
 
 
-def _of_surfaces(depth: Float, instances: npt.NDArray[np.uint16]) -> npt.NDArray[np.bool_]:
+def _of_surfaces(
+    depth: npt.NDArray[np.floating], instances: npt.NDArray[np.uint16]
+) -> npt.NDArray[np.bool_]:
     """Pixels (H, W) with a reading, and not close to one that is clearly nearer.
 
     Of an object that would lose most of its readings all are kept: it is slender, or seen at a

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import find_objects
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -55,7 +56,7 @@ def cut(surface: Surface, rising: Mask, read: Mask, table: Mask) -> Pieces:
     markers = seeds.copy()
     near = cv2.dilate(rising.view(np.uint8), _RING).view(np.bool_)
     markers[~rising & read & (~near | table)] = background
-    markers[_holes_elsewhere(rising, read | solid)] = background
+    markers[~(read | solid) & _far(rising, read | solid)] = background
     _let_in(markers, background, seeds, surface)
     for edge in (markers[0], markers[-1], markers[:, 0], markers[:, -1]):
         edge[edge == 0] = background
@@ -72,7 +73,7 @@ _COLOR_STEP = 12.0
 _CREASE = -0.3
 _LEAST_PIXELS = 40
 # Holes as wide as this are closed in what rises.
-_BRIDGE = np.ones((7, 7), dtype=np.uint8)
+_HOLE = np.ones((7, 7), dtype=np.uint8)
 # So near an object even pixels that read as table may be its foot.
 _RING = np.ones((13, 13), dtype=np.uint8)
 _NEIGHBOURS = np.ones((3, 3), dtype=np.uint8)
@@ -80,7 +81,7 @@ _NEIGHBOURS = np.ones((3, 3), dtype=np.uint8)
 
 def _closed(rising: Mask, read: Mask) -> Mask:
     """What rises, with the small holes in its readings."""
-    closed = cv2.morphologyEx(rising.view(np.uint8), cv2.MORPH_CLOSE, _BRIDGE).view(np.bool_)
+    closed = cv2.morphologyEx(rising.view(np.uint8), cv2.MORPH_CLOSE, _HOLE).view(np.bool_)
     return rising | (closed & ~read)
 
 
@@ -114,47 +115,50 @@ def _seeds(surface: Surface, solid: Mask) -> tuple[Labels, int]:
     return number[component].reshape(node.shape), int(np.count_nonzero(kept))
 
 
-def _holes_elsewhere(rising: Mask, known: Mask) -> Mask:
-    """Pixels without a reading in holes that border on nothing that rises."""
+def _far(rising: Mask, known: Mask) -> Mask:
+    """Pixels (h, w) of which nothing is known and that are too far from what rises to be of it.
+
+    A hole that reaches the edge of the part is the open space behind the table, or a wall.
+    """
+    distance = cv2.distanceTransform((~rising).view(np.uint8), cv2.DIST_L2, 3)
     _, holes = cv2.connectedComponents((~known).view(np.uint8), connectivity=8)
-    bordering = np.unique(holes[cv2.dilate(rising.view(np.uint8), _NEIGHBOURS).view(np.bool_)])
-    elsewhere = np.ones(int(holes.max()) + 1, dtype=np.bool_)
-    elsewhere[bordering] = False
-    elsewhere[0] = False
-    return np.asarray(elsewhere[holes])
+    limit = np.full(int(holes.max()) + 1, _FARTHEST_IN_HOLE, dtype=np.float32)
+    edges = (holes[0], holes[-1], holes[:, 0], holes[:, -1])
+    limit[np.unique(np.concatenate(edges))] = _FARTHEST_IN_OPEN
+    return np.asarray(distance > limit[holes])
+
+
+_FARTHEST_IN_HOLE = 25.0
+_FARTHEST_IN_OPEN = 6.0
 
 
 def _let_in(markers: Labels, background: int, seeds: Labels, surface: Surface) -> None:
-    """Opens what one object encloses, if it has more of its colour than of the table's.
+    """Opens what lies within the convex outline of a piece and is of its colour, not the table's.
 
     The floor of a bowl or a tray is hardly higher than the table on which it stands.
     """
     outside = markers == background
-    count, parts, boxes, _ = cv2.connectedComponentsWithStats(outside.view(np.uint8))
-    if count <= 2:
-        return
-    height, width = markers.shape
     table = np.median(surface.lab[outside][:: max(1, outside.sum() // 2000)], axis=0)
-    for part in range(1, count):
-        x, y, w, h, area = (int(value) for value in boxes[part])
-        if area < _LEAST_PIXELS or x == 0 or y == 0 or x + w == width or y + h == height:
+    for label, (rows, columns) in enumerate(find_objects(seeds), 1):
+        mine = seeds[rows, columns] == label
+        contours, _ = cv2.findContours(
+            mine.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+        )
+        hull = cv2.convexHull(np.concatenate(contours))
+        within = cv2.fillConvexPoly(np.zeros(mine.shape, dtype=np.uint8), hull, 1).view(np.bool_)
+        low = within & outside[rows, columns]
+        if not low.any():
             continue
-        window = np.s_[
-            max(0, y - _LOOK_ROUND) : y + h + _LOOK_ROUND,
-            max(0, x - _LOOK_ROUND) : x + w + _LOOK_ROUND,
-        ]
-        inside = parts[window] == part
-        ring = cv2.dilate(inside.view(np.uint8), _AROUND).view(np.bool_) & (seeds[window] > 0)
-        if not ring.any():
-            continue
-        mean = surface.lab[window][inside].mean(axis=0)
-        wall = surface.lab[window][ring].mean(axis=0)
-        if np.linalg.norm(mean - wall) < np.linalg.norm(mean - table):
-            markers[window][inside] = 0
+        lab = surface.lab[rows, columns]
+        color = lab[mine].mean(axis=0)
+        own = np.square(lab[low] - color).sum(axis=1)
+        other = np.square(lab[low] - table).sum(axis=1)
+        low[low] = _MUCH_NEARER**2 * own < other
+        markers[rows, columns][low] = 0
 
 
-_LOOK_ROUND = 16
-_AROUND = np.ones((25, 25), dtype=np.uint8)
+# Of an object is a low pixel whose colour is so many times nearer to its than to the table's.
+_MUCH_NEARER = 2.0
 
 
 def _flooded(lab: Image) -> npt.NDArray[np.uint8]:

@@ -7,12 +7,15 @@ walls and chairs beside it are none. See docs/perception.md.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
+from ros_scenesense.errors import FrameError
 from ros_scenesense.geometry import Float, Intrinsics
 from ros_scenesense.perception.merging import merged
 from ros_scenesense.perception.plane import Plane, find_table
@@ -54,7 +57,16 @@ def find_objects(
         intrinsics: Of both images.
         rng: Draws the samples that the table is found and measured with.
         up: (3,) direction against gravity in the optical frame; None if unknown.
+
+    Raises:
+        FrameError: If the images are not of the camera's size.
     """
+    size = (intrinsics.height, intrinsics.width)
+    if color.shape[:2] != size or depth.shape != size:
+        raise FrameError(
+            f"colour is {color.shape[:2]}, depth {depth.shape}, the camera {size} (rows, columns): "
+            "give aligned images of one size"
+        )
     scale = _scale(intrinsics)
     small_color, small_depth, camera = _scaled(color, depth, intrinsics, scale)
     points = points_of(small_depth, camera)
@@ -67,6 +79,8 @@ def find_objects(
     plane = find_table(sample, rng, up)
     if plane is None:
         return Found(nothing, None, _NO_TABLE)
+    if up is None and plane.normal[2] < -math.cos(math.radians(_FACES_DEG)):
+        return Found(nothing, plane, _FACING)
     tabletop = measure_tabletop(points, plane, rng)
     labels = _labels(small_color, small_depth, camera, tabletop)
     if labels is None:
@@ -83,6 +97,12 @@ _NO_TABLE = (
     "no table plane was found: a tenth of the depth readings must lie on one level plane; show "
     "more of the table, or publish instance ids (16UC1, 0 = background) on camera/instances"
 )
+_FACING = (
+    "the largest plane faces the camera: that may be a table seen from straight above, a wall, or "
+    "an object that fills the image; publish camera_pose in scene, which tells where up is, or "
+    "instance ids on camera/instances"
+)
+_FACES_DEG = 10.0
 _TABLE_SAMPLE = 4000
 # Sizes in pixels are meant for this focal length; images are scaled by 2 or 1/2 to come near it.
 _FOCAL = 600.0
@@ -95,6 +115,12 @@ _LEAST_SHARE_OVER_TABLE = 0.5
 _CLEARLY_HIGHER = 2.0
 _LOOKS_THE_SAME = 8.0
 _AROUND = np.ones((15, 15), dtype=np.uint8)
+_NEIGHBOURS = np.ones((3, 3), dtype=np.uint8)
+_LOOK_ROUND = 8
+# Less of an object may be without a reading, or no higher than the table.
+_LEAST_SHARE_RISING = 0.3
+# A splinter whose colour differs less from that of its neighbour is of this.
+_ALIKE = 20.0
 _SURELY_LOWER_M = -0.02
 
 
@@ -145,48 +171,84 @@ def _labels(
     with np.errstate(invalid="ignore"):
         lower = tabletop.heights[window] < _SURELY_LOWER_M
     pieces = cut(surface, rising[window], read, lower)
+    objects = merged(pieces, surface)[pieces.labels]
+    place = _Place(objects, rising[window], tabletop, surface, window)
+    for label, box in enumerate(ndimage.find_objects(objects), 1):
+        if box is not None:
+            _judge(label, box, place)
     whole = np.zeros(depth.shape, dtype=np.int32)
-    whole[window] = merged(pieces, surface)[pieces.labels]
-    for label in np.unique(whole[window]):
-        if label and not _is_object(whole, int(label), rising, tabletop, surface, window):
-            whole[window][whole[window] == label] = 0
+    whole[window] = objects
     return whole
 
 
-def _is_object(
-    labels: Labels,
-    label: int,
-    rising: Mask,
-    tabletop: Tabletop,
-    surface: Surface,
-    window: tuple[slice, slice],
-) -> bool:
-    """Whether it is large enough, over the table, and higher or of another look than that."""
-    mask = labels == label
-    pixels = np.flatnonzero(mask & rising)
-    if len(pixels) < _LEAST_PIXELS:
-        return False
-    if tabletop.share_over(pixels) < _LEAST_SHARE_OVER_TABLE:
-        return False
-    clear = _CLEARLY_HIGHER * tabletop.least.ravel()[pixels]
-    if np.percentile(tabletop.heights.ravel()[pixels] - clear, 90.0) > 0.0:
-        return True
-    mine = mask[window]
-    around = cv2.dilate(mine.view(np.uint8), _AROUND).view(np.bool_) & (labels[window] == 0)
-    if not around.any():
-        return True
-    change = surface.lab[mine].mean(axis=0) - surface.lab[around].mean(axis=0)
-    return bool(np.linalg.norm(change) > _LOOKS_THE_SAME)
+Window = tuple[slice, slice]
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """The part of the image that holds the objects.
+
+    Attributes:
+        objects: (h, w) labels of the objects.
+        rising: (h, w) pixels that are of something on the table.
+        tabletop: Everything relative to the table, in the whole image.
+        surface: Of the part.
+        window: Where in the image it is.
+    """
+
+    objects: Labels
+    rising: Mask
+    tabletop: Tabletop
+    surface: Surface
+    window: Window
+
+
+def _judge(label: int, box: Window, place: _Place) -> None:
+    """Takes a label away if it is of no object of its own: a splinter, or beside the table."""
+    rows, columns = box
+    around = np.s_[
+        max(0, rows.start - _LOOK_ROUND) : rows.stop + _LOOK_ROUND,
+        max(0, columns.start - _LOOK_ROUND) : columns.stop + _LOOK_ROUND,
+    ]
+    labels, lab = place.objects[around], place.surface.lab[around]
+    mine = labels == label
+    rising = mine & place.rising[around]
+    count = np.count_nonzero(rising)
+    beside = cv2.dilate(mine.view(np.uint8), _NEIGHBOURS).view(np.bool_) & ~mine
+    color = lab[mine].mean(axis=0)
+    if count < _LEAST_PIXELS or count < _LEAST_SHARE_RISING * np.count_nonzero(mine):
+        labels[mine] = _owner(labels[beside], lab[beside], color)
+        return
+    heights = place.tabletop.heights[place.window][around][rising]
+    least = place.tabletop.least[place.window][around][rising]
+    y, x = np.nonzero(rising)
+    y += place.window[0].start + around[0].start
+    x += place.window[1].start + around[1].start
+    if place.tabletop.share_over(y, x) < _LEAST_SHARE_OVER_TABLE:
+        labels[mine] = 0
+    elif np.percentile(heights - _CLEARLY_HIGHER * least, 90.0) <= 0.0:
+        ring = cv2.dilate(mine.view(np.uint8), _AROUND).view(np.bool_) & (labels == 0)
+        if ring.any() and np.linalg.norm(color - lab[ring].mean(axis=0)) <= _LOOKS_THE_SAME:
+            labels[mine] = 0
+
+
+def _owner(labels: Labels, lab: Image, color: Float) -> int:
+    """The label that a splinter of this colour gets: its neighbour's if that looks alike, or 0."""
+    neighbours = labels[labels > 0]
+    if len(neighbours) == 0:
+        return 0
+    label = int(np.bincount(neighbours).argmax())
+    change = lab[labels == label].mean(axis=0) - color
+    return label if np.linalg.norm(change) < _ALIKE else 0
 
 
 def _numbered(labels: Labels) -> Instances:
     """The same objects, numbered from left to right by their middles."""
-    found, compact = np.unique(labels, return_inverse=True)
-    compact = compact.reshape(labels.shape)
-    columns = np.broadcast_to(np.arange(labels.shape[1]), labels.shape).ravel()
-    middles = np.bincount(compact.ravel(), columns) / np.bincount(compact.ravel())
-    middles[found == 0] = -1.0
-    order = np.argsort(middles, kind="stable")
-    number = np.empty(len(found), dtype=np.uint16)
-    number[order] = np.arange(len(found)) + (0 if found[0] == 0 else 1)
-    return number[compact]
+    sizes = np.bincount(labels.ravel())
+    columns = np.broadcast_to(np.arange(labels.shape[1], dtype=np.float64), labels.shape)
+    middles = np.bincount(labels.ravel(), columns.ravel()) / np.maximum(sizes, 1)
+    present = np.flatnonzero(sizes[1:]) + 1
+    order = present[np.argsort(middles[present], kind="stable")]
+    number = np.zeros(len(sizes), dtype=np.uint16)
+    number[order] = np.arange(1, len(order) + 1)
+    return number[labels]

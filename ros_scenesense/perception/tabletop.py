@@ -49,10 +49,11 @@ class Tabletop:
             above = (self.heights > self.least) & (self.heights < HIGHEST_M)
         return cv2.morphologyEx(above.view(np.uint8), cv2.MORPH_OPEN, _SPECK).view(np.bool_)
 
-    def share_over(self, pixels: npt.NDArray[np.intp]) -> float:
-        """Share of some pixels, by flat index, that are over the visible top, not beside it."""
-        some = pixels[:: max(1, len(pixels) // _ENOUGH)]
-        places = np.stack([self.right.ravel()[some], self.away.ravel()[some]], axis=1)
+    def share_over(self, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> float:
+        """Share of some pixels that are over the visible top, not beside it."""
+        some = np.s_[:: max(1, len(rows) // _ENOUGH)]
+        pixels = rows[some], columns[some]
+        places = np.stack([self.right[pixels], self.away[pixels]], axis=1)
         places = places[np.isfinite(places[:, 0])]
         if len(places) == 0 or len(self.outline) == 0:
             return 0.0

@@ -34,11 +34,13 @@ from ros_scenesense.perception.clouds import (
 )
 from ros_scenesense.perception.depth_units import sparseness, unit_fault
 from ros_scenesense.perception.plane import find_plane
+from ros_scenesense.perception.points import points_of
 from ros_scenesense.perception.segmentation import find_objects
 from ros_scenesense.scene import Frame, NamingFrame
+from ros_scenesense.stages.measuring import measured_attributes
 from ros_scenesense.stages.pair_grounding import GroundedPairs, Learned, ground_scene
 from ros_scenesense.stages.protocol import Cloud, Timing
-from ros_scenesense.stages.scene_objects import objects_of, perceived
+from ros_scenesense.stages.scene_objects import Measured, objects_of, perceived
 from ros_scenesense.stages.scene_records import SceneRecord
 
 _TABLE_SAMPLE = 2000
@@ -174,7 +176,7 @@ class GroundingEngine:
             return nothing._replace(problems=[problem])
         watch = _Stopwatch()
         rng = np.random.default_rng(self.configuration.seed)
-        points = frame.intrinsics.back_project(frame.depth)
+        points = points_of(frame.depth, frame.intrinsics)
         if self.configuration.segments:
             instances = _segmented(frame, scene, rng)
             watch.lap("segmentation")
@@ -212,7 +214,8 @@ class GroundingEngine:
             viewpoint_yaw=yaw_rad + learned.memory.yaw_rad,
             applied_update=learned.applied,
         )
-        objects = _objects(frame, scene, _located(known, clouds, grounded, axes))
+        measured = measured_attributes(frame, instances, known, clouds, axes)
+        objects = _objects(frame, scene, _located(known, clouds, grounded, axes, measured))
         record = SceneRecord.of(scene.scene_id, grounded.names, grounded.histograms)
         watch.lap("relations")
         doubts = [one for one in (wrong, unknown) if one is not None and grounded.pairs]
@@ -307,13 +310,14 @@ def _located(
     clouds: Sequence[ObjectCloud],
     grounded: GroundedPairs,
     axes: NamingAxes,
+    measured: Sequence[Measured],
 ) -> list[PerceivedObject]:
     extents = dict(zip(grounded.names, grounded.extents, strict=True))
     listed = []
-    for one, cloud in zip(known, clouds, strict=True):
+    for one, cloud, found in zip(known, clouds, measured, strict=True):
         extent = extents.get(one.name)
         box = None if extent is None else oriented_box(extent.low, extent.high, axes.rows)
-        listed.append(perceived(one, cloud.readings, box))
+        listed.append(perceived(one, cloud.readings, box, found))
     return listed
 
 

@@ -152,6 +152,8 @@ class OwnScenes:
     def expire(self, now_ns: int) -> None:
         """Gives up the scenes whose frames do not come; called regularly."""
         while self._asked and now_ns - self._asked[0].since_ns > self._patience_s * 1e9:
+            if self._latest is not None and self._latest[1] >= self._asked[0].since_ns:
+                return  # it has its frame, and waits for the scene before
             scene_id = self._asked.popleft().scene_id
             self._health.problem(
                 "capture_without_frame",

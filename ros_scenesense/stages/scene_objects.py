@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.geometry import Box
 from ros_scenesense.messages.grounding import (
+    AttributeSource,
     NameAttribute,
     PerceivedObject,
     SizeAttribute,
     SurfaceAttribute,
 )
 from ros_scenesense.messages.scenes import KnownObject, Scene
+from ros_scenesense.scene import Size, Surface
 
 LARGEST_INSTANCE = 65535
 
@@ -54,21 +58,48 @@ def objects_of(instances: npt.NDArray[np.uint16], scene: Scene) -> list[KnownObj
     return found
 
 
-def perceived(known: KnownObject, readings: int = 0, box: Box | None = None) -> PerceivedObject:
-    """What is known of an object: the attributes that somebody gave, and where it is.
+@dataclass(frozen=True)
+class Measured:
+    """What was measured of an object; None = it cannot be told.
+
+    Attributes:
+        size: Class of its size.
+        surface: Whether its top is flat.
+        shape: `box`, `cylinder`, `sphere` or `other`.
+        color: Name of its colour.
+    """
+
+    size: Size | None = None
+    surface: Surface | None = None
+    shape: str | None = None
+    color: str | None = None
+
+
+def perceived(
+    known: KnownObject, readings: int = 0, box: Box | None = None, measured: Measured | None = None
+) -> PerceivedObject:
+    """What is known of an object: its attributes, given before measured, and where it is.
 
     Args:
         known: The object as the scene has it.
         readings: How many of its pixels have a depth reading.
         box: Its box in the optical frame; None if it is not located.
+        measured: What was measured of it.
     """
+    found = measured or Measured()
+    size, surface = known.size or found.size, known.surface or found.surface
+    shape, color = known.shape or found.shape, known.color or found.color
     return PerceivedObject(
         instance=known.instance,
         name=known.name,
         points=readings,
         box=box,
-        size=SizeAttribute(value=known.size, source="given") if known.size else None,
-        surface=SurfaceAttribute(value=known.surface, source="given") if known.surface else None,
-        shape=NameAttribute(value=known.shape, source="given") if known.shape else None,
-        color=NameAttribute(value=known.color, source="given") if known.color else None,
+        size=SizeAttribute(value=size, source=_source(known.size)) if size else None,
+        surface=SurfaceAttribute(value=surface, source=_source(known.surface)) if surface else None,
+        shape=NameAttribute(value=shape, source=_source(known.shape)) if shape else None,
+        color=NameAttribute(value=color, source=_source(known.color)) if color else None,
     )
+
+
+def _source(given: str | None) -> AttributeSource:
+    return "given" if given else "measured"

@@ -69,7 +69,7 @@ class SceneVocabulary:
             return text if negated else f"{text} may hold"
         if atom.name == "unknown":
             return f"{self._text(atom.arguments[0])} is not known"
-        if atom.name in self._signature.sorts or not self._is_well_sorted(atom):
+        if atom.name in self._signature.sorts or self._misfits(atom):
             return None
         return self._text(atom)
 
@@ -96,6 +96,10 @@ class SceneVocabulary:
         if inner.name in RELATIONS:
             return "the relations are known, and this is none of them"
         return "nothing concludes it"
+
+    def mismatch(self, atom: clingo.Symbol) -> str:
+        """What stands where its sort does not allow it."""
+        return ", ".join(f"{value} is no {sort}" for value, sort in self._misfits(atom))
 
     def lacking(self, atom: clingo.Symbol) -> str:
         """What the scene says instead of a relation or an attribute."""
@@ -160,17 +164,18 @@ class SceneVocabulary:
             return value.string.removeprefix(LOCAL) or LOCAL
         return str(value)
 
-    def _is_well_sorted(self, atom: clingo.Symbol) -> bool:
-        """Whether constants other than objects stand where their sorts allow it."""
+    def _misfits(self, atom: clingo.Symbol) -> list[tuple[clingo.Symbol, str]]:
+        """The constants other than objects that stand where objects are meant, with the sort."""
         if atom.name not in self._signature.attributes:
-            return True
+            return []
         sorts = self._signature.argument_sorts(atom.name)
-        return all(
-            value.type != clingo.SymbolType.Function
-            or not self._is_of_objects(sort)
-            or self._signature.contains(sort, Constant(value.name))
+        return [
+            (value, sort)
             for sort, value in zip(sorts, atom.arguments, strict=True)
-        )
+            if value.type == clingo.SymbolType.Function
+            and self._is_of_objects(sort)
+            and not self._signature.contains(sort, Constant(value.name))
+        ]
 
     def _is_of_objects(self, sort: str) -> bool:
         known = self._signature.sorts

@@ -38,6 +38,9 @@ class Vocabulary(Protocol):
     def absent(self, atom: clingo.Symbol) -> str:
         """Why a literal under `not` may be taken not to hold, in words."""
 
+    def mismatch(self, atom: clingo.Symbol) -> str:
+        """Why an atom that means nothing to people means nothing."""
+
     def lacking(self, atom: clingo.Symbol) -> str:
         """Why a perceived or given literal does not hold; empty where axioms conclude it."""
 
@@ -122,10 +125,6 @@ class Teller:
             if inner is not None:
                 yield from self._attempts(inner, words)
                 continue
-            fails = attempt.fails
-            atom = None if fails is None else fails.atom
-            if atom is not None and self._vocabulary.literal(atom) is None:
-                continue  # an instance that is not well-sorted
             reasons = tuple(self._attempt(attempt))
             if reasons:
                 yield Reason(words, Role.ATTEMPT, axiom, says, reasons=reasons)
@@ -152,6 +151,8 @@ class Teller:
             reasons = tuple(self.proof(each) for each in proofs)
             words = self._vocabulary.literal(fails.atom, negated=True) or str(fails.atom)
             yield Reason(f"not {words}", Role.BLOCKED, reasons=reasons)
+        elif self._vocabulary.literal(fails.atom) is None:
+            yield Reason(self._vocabulary.mismatch(fails.atom), Role.CONDITION)
         else:
             for each in attempt.because:
                 if isinstance(each, Refutation):

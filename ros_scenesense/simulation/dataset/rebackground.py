@@ -15,10 +15,11 @@ import numpy as np
 
 from ros_scenesense.errors import DatasetError
 from ros_scenesense.simulation.backgrounds import PLAIN, recomposite
+from ros_scenesense.simulation.configuration import check
 from ros_scenesense.simulation.dataset import images
 from ros_scenesense.simulation.dataset.folder import DatasetFolder, MadeScene
 from ros_scenesense.simulation.dataset.generation import Report, write_missing
-from ros_scenesense.simulation.dataset.metadata import DatasetOptions, Metadata, describe
+from ros_scenesense.simulation.dataset.metadata import Metadata, installed_versions
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 
 
@@ -57,8 +58,8 @@ def rebackground(
 def _described(source: Metadata, backgrounds: int) -> Metadata:
     """The dataset of the source's scenes before so many backgrounds."""
     configuration = replace(source.configuration, backgrounds=backgrounds)
-    options = DatasetOptions(count=source.count, seed=source.seed, draw=source.draw)
-    here = describe(configuration, options).versions
+    check(configuration)
+    here = installed_versions()
     return msgspec.structs.replace(
         source,
         configuration=configuration,

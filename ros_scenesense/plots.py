@@ -1,0 +1,103 @@
+"""Plots of results as PNG: panels of bars or lines with error bars, side by side."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ros_scenesense.errors import SceneSenseError
+from ros_scenesense.results import write_atomically
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values of one colour, in the order of the panel's labels.
+
+    Attributes:
+        name: For the legend.
+        values: None where there is none.
+        errors: Half lengths of the error bars; empty = none are drawn.
+    """
+
+    name: str
+    values: Sequence[float | None]
+    errors: Sequence[float | None] = ()
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One diagram.
+
+    Attributes:
+        title: Above it.
+        labels: Along the x axis.
+        series: What is drawn.
+        y_label: What the y axis shows, with the unit.
+        x_label: What the x axis shows.
+        lines: Lines with markers instead of bars.
+        lowest: Where the y axis begins; None leaves it to the values.
+        highest: Where it ends.
+    """
+
+    title: str
+    labels: Sequence[str]
+    series: Sequence[Series]
+    y_label: str = ""
+    x_label: str = ""
+    lines: bool = False
+    lowest: float | None = None
+    highest: float | None = None
+
+
+def write_plot(path: Path, panels: Sequence[Panel]) -> None:
+    """Draws panels side by side into a PNG file.
+
+    Raises:
+        SceneSenseError: If the file cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0 * len(panels), 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+        _draw(axes, panel)
+    content = io.BytesIO()
+    # No date and no version: the same panels give the same bytes.
+    figure.savefig(content, format="png", dpi=100, metadata={"Software": None})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, content.getvalue())
+    except OSError as error:
+        raise SceneSenseError(f"plot '{path}' cannot be written: {error}") from error
+
+
+def _draw(axes: Any, panel: Panel) -> None:
+    count = len(panel.series)
+    width = 0.8 / max(1, count)
+    for number, series in enumerate(panel.series):
+        shift = 0.0 if panel.lines else (number - (count - 1) / 2.0) * width
+        places = [index + shift for index, one in enumerate(series.values) if one is not None]
+        values = [one for one in series.values if one is not None]
+        errors = None
+        if series.errors:
+            pairs = zip(series.values, series.errors, strict=True)
+            errors = [error or 0.0 for value, error in pairs if value is not None]
+        if panel.lines:
+            axes.errorbar(places, values, errors, label=series.name, marker="o", capsize=3)
+        else:
+            axes.bar(places, values, width, yerr=errors, label=series.name, capsize=3)
+    axes.set_title(panel.title)
+    axes.set_xticks(range(len(panel.labels)), panel.labels)
+    if any(len(label) > 6 for label in panel.labels):
+        axes.tick_params(axis="x", labelrotation=25)
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    axes.set_ylim(panel.lowest, panel.highest)
+    axes.grid(axis="y", alpha=0.4)
+    axes.set_axisbelow(True)
+    if count > 1:
+        axes.legend(fontsize="small")
