@@ -308,9 +308,11 @@ def test_the_running_graph_is_asked_in_words(
 def test_the_documentation_shows_what_the_command_prints(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = (Path(__file__).resolve().parent.parent / page).read_text()
+    root = Path(__file__).resolve().parent.parent
+    text = (root / page).read_text()
     [described] = re.findall(r"```yaml\n(objects:.*?)```", text, re.DOTALL)
     (tmp_path / "tower.yaml").write_text(described)
+    (tmp_path / "asp").symlink_to(root / "asp")
     monkeypatch.chdir(tmp_path)
     shown = re.findall(r"```console\n\$ scenesense (explain .*?)\n(.*?)```", text, re.DOTALL)
     assert shown

@@ -174,14 +174,14 @@ class SceneExplainer:
         return Refutations(self._rules, (), self._solved.answer)
 
     def _failure(self, literal: Literal, teller: Teller) -> Reason:
+        # The opposite first, since what is told once is only mentioned after that.
+        opposite = self._proof(literal.complement)
+        told = [] if opposite is None else [teller.proof(opposite)]
         reason = teller.refutation(self._refutations.of(self._vocabulary.pattern(literal)))
         reason = replace(reason, literal=str(literal))
-        reasons = [*reason.reasons, *self._left_out(literal)]
-        opposite = self._proof(literal.complement)
+        reasons = [*told, *reason.reasons, *self._left_out(literal)]
         words = reason.words
-        if opposite is not None:
-            reasons.insert(0, teller.proof(opposite))
-        elif self._vocabulary.is_estimated(literal):
+        if opposite is None and self._vocabulary.is_estimated(literal):
             words = f"nor does {literal.complement}: it is undecided"
         return replace(reason, words=words, reasons=tuple(reasons))
 
