@@ -1,6 +1,7 @@
 """grounding.db: evidence is merged once, in order, can be taken back, and survives a restart."""
 
 import io
+import math
 import sqlite3
 
 import numpy as np
@@ -126,6 +127,23 @@ def test_what_a_person_takes_back_leaves_no_trace():
     other.apply(update(3, sample("above a c", "s-1")))
     other.apply(update(4, sample("left a b")))
     assert_same(arrays(one), arrays(other))
+
+
+@pytest.mark.parametrize("first", ["right a b", "behind a b"])
+def test_that_the_camera_moved_is_known_though_words_are_taken_back(first):
+    """Seven words about axes turned by 90 degrees, of which the first is corrected."""
+    one, other = store(), store()
+    for each in (one, other):
+        for number in range(8):
+            each.record_scene(record(f"s-{number}"))
+        each.memory.expect_change()
+    for number in range(1, 8):
+        words = first if number == 1 else "behind a b"
+        one.apply(update(number, sample(words, f"s-{number}")))
+        other.apply(update(number, sample("behind a b", f"s-{number}")))
+    one.apply(update(8, sample("behind a b", "s-1")))
+    assert abs(math.degrees(other.memory.yaw_rad)) == pytest.approx(90.0, abs=15.0)
+    assert one.memory.yaw_rad == pytest.approx(other.memory.yaw_rad, abs=0.1)
 
 
 def test_what_is_said_outlives_its_scene_and_can_still_be_learned_anew():

@@ -53,6 +53,7 @@ CREATE TABLE told (
     kind TEXT NOT NULL,
     relation TEXT NOT NULL,
     dropped INTEGER NOT NULL,
+    moved INTEGER NOT NULL,
     yaw REAL NOT NULL,
     histograms BLOB NOT NULL,
     UNIQUE (scene_id, first, second, kind)
@@ -155,7 +156,8 @@ class GroundingStore:
             if example is None:
                 self._miss(sample)
             elif example.source is Source.HUMAN:
-                taken_back |= self._tell(sample, example, update.agreement_dropped)
+                moved = _expects_change(memory)
+                taken_back |= self._tell(sample, example, update.agreement_dropped, moved)
                 examples.append(example)
             elif self._is_new(sample):
                 examples.append(example)
@@ -180,18 +182,28 @@ class GroundingStore:
         )
         return cursor.rowcount > 0
 
-    def _tell(self, sample: MsrSample, example: Example, dropped: bool) -> bool:
+    def _tell(self, sample: MsrSample, example: Example, dropped: bool, moved: bool) -> bool:
         """Notes what a person said; returns whether that takes back what was said before."""
         key = _key(sample)
-        cursor = self._connection.execute(
-            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ?", key
-        )
+        taken_back = self._connection.execute(
+            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ? "
+            "RETURNING number, moved",
+            key,
+        ).fetchone()
         self._connection.execute(
-            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, yaw, histograms) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            (*key, sample.relation, dropped, example.forward.yaw_rad, pack_pair(example)),
+            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, moved, yaw, "
+            "histograms) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (*key, sample.relation, dropped, moved, example.forward.yaw_rad, pack_pair(example)),
         )
-        return cursor.rowcount > 0
+        if taken_back is None:
+            return False
+        if taken_back[1]:  # the camera moved all the same: before the word that comes next
+            self._connection.execute(
+                "UPDATE told SET moved = 1 WHERE number = "
+                "(SELECT min(number) FROM told WHERE number > ?)",
+                taken_back[:1],
+            )
+        return True
 
     def _told_again(self, memory: GroundingMemory) -> GroundingMemory:
         """A memory without what people took back.
@@ -199,9 +211,11 @@ class GroundingStore:
         A mean cannot be unlearned, so all that they said and still say is learned anew.
         """
         afresh = GroundingMemory(self._settings)
-        for relation, dropped, yaw, packed in self._connection.execute(
-            "SELECT relation, dropped, yaw, histograms FROM told ORDER BY number"
+        for relation, dropped, moved, yaw, packed in self._connection.execute(
+            "SELECT relation, dropped, moved, yaw, histograms FROM told ORDER BY number"
         ):
+            if moved:
+                afresh.expect_change()
             forward, backward = unpack_pair(packed, yaw)
             example = Example(relation_named(relation), forward, backward, Source.HUMAN)
             afresh.learn([example], bool(dropped))
@@ -269,6 +283,11 @@ def read_learned(
             return int(row[0]), GroundingMemory.from_arrays(dict(arrays), settings)
     except (ValueError, OSError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise sqlite3.DatabaseError(f"what was learned cannot be read: {error}") from error
+
+
+def _expects_change(memory: GroundingMemory) -> bool:
+    """Whether the camera is known to have moved since the last word about a direction."""
+    return bool(memory.to_arrays()["yaw"][2])
 
 
 def _memory_bytes(memory: GroundingMemory) -> bytes:
