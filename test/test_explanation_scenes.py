@@ -166,6 +166,17 @@ def test_what_holds_in_some_answer_sets_only_does_not_hold() -> None:
     assert explain("-stable(can)", program=program).holds is False
 
 
+def test_what_is_concluded_with_its_opposite_is_inconsistent() -> None:
+    program = PROGRAM.extended({"wrong": "-stable(A) if obj_surface(A, irregular)."})
+    explained = explain("stable(duck)", program=program)
+    assert not explained.holds
+    assert [each.axiom for each in explained.reason.reasons] == ["s1", "wrong"]
+    assert outline(explained.reason).startswith(
+        "stable(duck) does not hold: -stable(duck) is concluded too, which is inconsistent"
+    )
+    assert explain("-stable(duck)", program=program).holds is False
+
+
 def test_objects_go_by_constants_and_keep_their_names() -> None:
     strange = SceneFacts((SceneObject("a). bad("), SceneObject("table")), ())
     explained = explain("-occluded(object_1)", strange)

@@ -35,6 +35,8 @@ _OVERLAP_SHARE = 0.1
 # The lower part of an object may sink by this share of the lower height into the box of another.
 _INTERLEAVING = 0.4
 _THINNEST_M = 1e-4
+# Boxes leave out stray points.
+_MARGIN_M = 0.05
 
 
 def positions(
@@ -84,10 +86,13 @@ def _shares_inside(extents: Sequence[Extent], low: Float, high: Float) -> Float:
     edges = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
     sizes = np.maximum(high - low, _THINNEST_M)
     shares = (np.clip(edges, 0.0, None) / sizes[:, None]).prod(axis=-1)
-    for i, extent in enumerate(extents):
-        points = extent.points[:, None]
-        inside = ((points >= low) & (points <= high)).all(axis=2).mean(axis=0)
-        shares[i] = np.minimum(1.0, np.maximum(shares[i], inside))
+    # Points of an object are in the box of another only if the two boxes overlap.
+    for i, j in np.argwhere((edges > -_MARGIN_M).all(axis=-1)):
+        points = extents[i].points
+        inside = np.ones(len(points), dtype=np.bool_)
+        for axis in range(3):
+            inside &= (points[:, axis] >= low[j, axis]) & (points[:, axis] <= high[j, axis])
+        shares[i, j] = min(1.0, max(shares[i, j], float(inside.mean())))
     return np.asarray(shares)
 
 

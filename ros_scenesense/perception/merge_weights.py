@@ -4,28 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-# The constant; each feature; the products of each feature with itself and those after it.
-CONSTANT = -0.24
+# The constant; each feature; the products of each with itself and those after it.
+CONSTANT = -0.0261
 LINEAR = (
-    2.06,  # step
-    -6.92,  # concave
-    -1.37,  # convex
-    -6.5,  # shifted
-    1.37,  # color
-    0.124,  # strong_color
-    1.71,  # local_color
-    5.93,  # enclosed
-    -8.03,  # hollow
+    0.748,  # step
+    -8.21,  # concave
+    -1.16,  # convex
+    -7.85,  # shifted
+    1.62,  # color
+    -0.383,  # strong_color
+    2.14,  # local_color
+    5.41,  # enclosed
+    2.78,  # hollow
 )
 PRODUCTS = (
-    (0.598, -1.94, -7.04, 5.58, -1.36, -7.27, -0.801, -7.24, -15.6),  # step
-    (7.25, 25.5, 6.23, -1.62, -2.03, 1.1, -11.8, -14.6),  # concave
-    (5.22, 6.38, 0.161, -2.41, 0.774, 0.198, -17.1),  # convex
-    (6.16, -5.72, -4.44, -0.0114, 1.73, -1.67),  # shifted
-    (1.1, 0.137, -3.32, 0.624, -3.14),  # color
-    (2.73, -2.7, -2.67, 7.21),  # strong_color
-    (-0.191, 0.139, -2.22),  # local_color
-    (5.28, 27.9),  # enclosed
-    (66.3,),  # hollow
+    (0.164, -3.26, -8.09, 7.82, -2.24, -6.12, -0.504, -3.06, -6.05),  # step
+    (7.23, 21.9, 7.37, -2.75, -0.28, 1.23, -7.59, -7.95),  # concave
+    (4.4, 7.77, -1.1, -1.56, 1.25, 1.25, -11.4),  # convex
+    (6.81, -7.24, -2.59, -0.272, 3.4, 1.32),  # shifted
+    (1.52, -0.258, -3.25, 1.5, 0.473),  # color
+    (1.94, -1.99, -2.84, 8.33),  # strong_color
+    (-0.778, 0.419, -2.92),  # local_color
+    (2.42, 1.83),  # enclosed
+    (0.022,),  # hollow
 )
 WEIGHTS = np.concatenate([[CONSTANT], LINEAR, *PRODUCTS])

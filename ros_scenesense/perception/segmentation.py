@@ -20,11 +20,12 @@ from ros_scenesense.geometry import Float, Intrinsics
 from ros_scenesense.perception.merging import merged
 from ros_scenesense.perception.plane import Plane, find_table
 from ros_scenesense.perception.points import points_of
-from ros_scenesense.perception.regions import cut
+from ros_scenesense.perception.regions import Pieces, cut
 from ros_scenesense.perception.surface import Image, Labels, Mask, Surface, measure_surface
 from ros_scenesense.perception.tabletop import Tabletop, measure_tabletop
 
 Instances = npt.NDArray[np.uint16]
+Window = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +83,10 @@ def find_objects(
     if up is None and plane.normal[2] < -math.cos(math.radians(_FACES_DEG)):
         return Found(nothing, plane, _FACING)
     tabletop = measure_tabletop(points, plane, rng)
-    labels = _labels(small_color, small_depth, camera, tabletop)
-    if labels is None:
+    outlook = look(small_color, small_depth, camera, tabletop)
+    if outlook is None:
         return Found(nothing, plane)
+    labels = _labels(outlook, tabletop)
     if scale != 1.0:
         height, width = depth.shape
         labels = cv2.resize(
@@ -158,10 +160,27 @@ def _scaled(
     )
 
 
-def _labels(
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """The part of an image that holds the objects, cut into pieces.
+
+    Attributes:
+        window: Where in the image it is.
+        rising: (h, w) pixels that are of something on the table.
+        surface: Of the part.
+        pieces: Of the part.
+    """
+
+    window: Window
+    rising: Mask
+    surface: Surface
+    pieces: Pieces
+
+
+def look(
     color: npt.NDArray[np.uint8], depth: Image, intrinsics: Intrinsics, tabletop: Tabletop
-) -> Labels | None:
-    """The objects (H, W) by any numbers from 1 on; None if nothing rises from the table."""
+) -> Outlook | None:
+    """Cuts what rises from the table into pieces; None if nothing does."""
     rising = tabletop.rising
     rows, columns = np.flatnonzero(rising.any(axis=1)), np.flatnonzero(rising.any(axis=0))
     if len(rows) == 0:
@@ -174,21 +193,24 @@ def _labels(
     with np.errstate(invalid="ignore"):
         lower = tabletop.heights[window] < _SURELY_LOWER_M
     pieces = cut(surface, rising[window], read, lower)
+    return Outlook(window, rising[window], surface, pieces)
+
+
+def _labels(outlook: Outlook, tabletop: Tabletop) -> Labels:
+    """The objects (H, W) by any numbers from 1 on."""
+    surface, pieces, window = outlook.surface, outlook.pieces, outlook.window
     objects = merged(pieces, surface)[pieces.labels]
     sizes = np.bincount(objects.ravel())
-    place = _Place(objects, sizes, rising[window], tabletop, surface, window)
+    place = _Place(objects, sizes, outlook.rising, tabletop, surface, window)
     becomes = np.arange(len(sizes), dtype=np.int32)
     for label, box in enumerate(ndimage.find_objects(objects), 1):
         if box is not None:
             owner = becomes[_judged(label, box, place)]
             # Whoever was taken to be of this one goes where it goes.
             becomes[becomes == label] = owner
-    whole = np.zeros(depth.shape, dtype=np.int32)
+    whole = np.zeros(tabletop.heights.shape, dtype=np.int32)
     whole[window] = becomes[objects]
     return whole
-
-
-Window = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)

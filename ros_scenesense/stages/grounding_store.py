@@ -119,16 +119,32 @@ class GroundingStore:
         try:
             with self._connection:
                 memory = self._memory_after(update)
-                self._connection.execute(
-                    "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)",
-                    (update.id, _memory_bytes(memory)),
-                )
+                self._write(update.id, memory)
         except sqlite3.Error as error:
             words = f"update {update.id} could not be written to grounding.db: {error}"
             self._health.problem("not_remembered", words)
             return False
         self.applied, self.memory = update.id, memory
         return True
+
+    def expect_change(self) -> bool:
+        """The camera is known to have moved; returns whether that could be written."""
+        memory = GroundingMemory.from_arrays(self.memory.to_arrays(), self._settings)
+        memory.expect_change()
+        try:
+            with self._connection:
+                self._write(self.applied, memory)
+        except sqlite3.Error as error:
+            words = f"that the camera moved could not be written to grounding.db: {error}"
+            self._health.problem("not_remembered", words)
+            return False
+        self.memory = memory
+        return True
+
+    def _write(self, applied: int, memory: GroundingMemory) -> None:
+        self._connection.execute(
+            "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)", (applied, _memory_bytes(memory))
+        )
 
     def _record_scene(self, record: SceneRecord) -> None:
         with self._connection:
@@ -156,8 +172,7 @@ class GroundingStore:
             if example is None:
                 self._miss(sample)
             elif example.source is Source.HUMAN:
-                moved = _expects_change(memory)
-                taken_back |= self._tell(sample, example, update.agreement_dropped, moved)
+                taken_back |= self._tell(sample, example, update.agreement_dropped)
                 examples.append(example)
             elif self._is_new(sample):
                 examples.append(example)
@@ -182,7 +197,7 @@ class GroundingStore:
         )
         return cursor.rowcount > 0
 
-    def _tell(self, sample: MsrSample, example: Example, dropped: bool, moved: bool) -> bool:
+    def _tell(self, sample: MsrSample, example: Example, dropped: bool) -> bool:
         """Notes what a person said; returns whether that takes back what was said before."""
         key = _key(sample)
         taken_back = self._connection.execute(
@@ -193,7 +208,14 @@ class GroundingStore:
         self._connection.execute(
             "INSERT INTO told (scene_id, first, second, kind, relation, dropped, moved, yaw, "
             "histograms) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            (*key, sample.relation, dropped, moved, example.forward.yaw_rad, pack_pair(example)),
+            (
+                *key,
+                sample.relation,
+                dropped,
+                self.memory.viewpoint.expects_change,
+                example.forward.yaw_rad,
+                pack_pair(example),
+            ),
         )
         if taken_back is None:
             return False
@@ -283,11 +305,6 @@ def read_learned(
             return int(row[0]), GroundingMemory.from_arrays(dict(arrays), settings)
     except (ValueError, OSError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise sqlite3.DatabaseError(f"what was learned cannot be read: {error}") from error
-
-
-def _expects_change(memory: GroundingMemory) -> bool:
-    """Whether the camera is known to have moved since the last word about a direction."""
-    return bool(memory.to_arrays()["yaw"][2])
 
 
 def _memory_bytes(memory: GroundingMemory) -> bytes:
