@@ -215,7 +215,7 @@ class TransitionProgram:
         return (axiom for axiom in self._axioms if isinstance(axiom, CausalLaw))
 
     def _statics(self) -> Iterator[str]:
-        for name in self.relevant:
+        for name in sorted(self.relevant):
             attribute = self._signature.attributes[name]
             if attribute.kind is AttributeKind.STATIC:
                 yield f"#defined {name}/{len(attribute.arguments)}."
