@@ -29,7 +29,7 @@ def completed(extents: Sequence[Extent], viewpoint: Float) -> tuple[Float, Float
     """Boxes as they may be when seen from all sides: lower and upper corners, each (n, 3).
 
     Of most objects only the front is seen: they are taken to be as deep, along the line of sight,
-    as they are wide across it.
+    as they are wide across it or high, whichever is less.
 
     Args:
         extents: The objects in naming axes, which may be turned about up against the viewer's.
@@ -45,7 +45,8 @@ def completed(extents: Sequence[Extent], viewpoint: Float) -> tuple[Float, Float
         right, away = sight[index]
         turn = np.array([[away, right], [-right, away]])  # columns: across, along the line of sight
         width, depth = _lengths(extent.points[:, :2] @ turn)
-        hidden = max(0.0, float(width - depth)) * sight[index]
+        thickness = min(float(width), float(high[index, 2] - low[index, 2]))
+        hidden = max(0.0, thickness - float(depth)) * sight[index]
         low[index, :2] += np.minimum(0.0, hidden)
         high[index, :2] += np.maximum(0.0, hidden)
     return low, high

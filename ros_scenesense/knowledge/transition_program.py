@@ -215,7 +215,7 @@ class TransitionProgram:
         return (axiom for axiom in self._axioms if isinstance(axiom, CausalLaw))
 
     def _statics(self) -> Iterator[str]:
-        for name in self.relevant:
+        for name in sorted(self.relevant):
             attribute = self._signature.attributes[name]
             if attribute.kind is AttributeKind.STATIC:
                 yield f"#defined {name}/{len(attribute.arguments)}."
@@ -278,14 +278,10 @@ class TransitionProgram:
             yield rule_text(f"{sign}{effect}", self._body(law, "t-1"))
 
     def _preconditions(self) -> Iterator[str]:
-        known = {action.name for action in self.actions}
         for axiom in self._axioms:
-            if not isinstance(axiom, ExecutabilityCondition):
-                continue
-            if all(action.name in known for action in axiom.actions):
+            if isinstance(axiom, ExecutabilityCondition):
                 occurs = [self.occurring(action, "t") for action in axiom.actions]
                 yield self._ruled_out(axiom.id, [*occurs, *self._body(axiom, "t-1")])
-
         if self._lenient:
             violated = self.helper("violated")
             yield f"#minimize {{ 1@{PRIORITY_VIOLATIONS},I,t : {violated}(I,t) }}."
