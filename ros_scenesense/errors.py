@@ -54,3 +54,7 @@ class ConversationError(SceneSenseError):
 
 class NetworkError(SceneSenseError):
     """A network cannot be trained, saved or read; the text says why, and what stays in use."""
+
+
+class LearningError(SceneSenseError):
+    """There is nothing to learn from, or what there is cannot be learned from."""

@@ -1,6 +1,7 @@
 """grounding.db: evidence is merged once, in order, can be taken back, and survives a restart."""
 
 import io
+import math
 import sqlite3
 
 import numpy as np
@@ -126,6 +127,28 @@ def test_what_a_person_takes_back_leaves_no_trace():
     other.apply(update(3, sample("above a c", "s-1")))
     other.apply(update(4, sample("left a b")))
     assert_same(arrays(one), arrays(other))
+
+
+@pytest.mark.parametrize("moved", [True, False])
+@pytest.mark.parametrize(
+    "words",
+    [
+        [("front", "s-1"), ("behind", "s-1")],
+        [("front", "s-1"), ("behind", "s-2"), ("behind", "s-1")],
+    ],
+    ids=["the last word", "an earlier word"],
+)
+def test_that_the_camera_moved_is_known_though_words_are_taken_back(words, moved):
+    """So few words prove another angle only if the camera is known to have moved."""
+    one = store()
+    for number in range(3):
+        one.record_scene(record(f"s-{number}"))
+    if moved:
+        assert one.expect_change()
+    for number, (relation, scene_id) in enumerate(words, 1):
+        one.apply(update(number, sample(f"{relation} a b", scene_id)))
+    yaw_deg = math.degrees(one.memory.yaw_rad)
+    assert yaw_deg == pytest.approx(90.0 if moved else 0.0, abs=15.0)
 
 
 def test_what_is_said_outlives_its_scene_and_can_still_be_learned_anew():

@@ -57,9 +57,10 @@ def frames(series: int) -> Iterator[Frame]:
     shown = studio_frames(seed, count)
     if arrangement != "studio":
         shown = simulated_frames(seed, arrangement, count)
-    for frame in shown:
+    for index, frame in enumerate(shown):
         yield frame
-        if seed == PRINTED:
+        of_one_color = arrangement == "studio" and index < count
+        if seed == PRINTED and not of_one_color:
             yield printed(frame, rng)
 
 

@@ -292,9 +292,10 @@ def _neighbour(labels: Labels, lab: Image, color: Float) -> tuple[int, float]:
 
 def _numbered(labels: Labels) -> Instances:
     """The same objects, numbered from left to right by their middles."""
-    sizes = np.bincount(labels.ravel())
-    columns = np.broadcast_to(np.arange(labels.shape[1], dtype=np.float64), labels.shape)
-    middles = np.bincount(labels.ravel(), columns.ravel()) / np.maximum(sizes, 1)
+    rows, columns = np.nonzero(labels)
+    owners = labels[rows, columns]
+    sizes = np.bincount(owners, minlength=1)
+    middles = np.bincount(owners, columns, minlength=1) / np.maximum(sizes, 1)
     present = np.flatnonzero(sizes[1:]) + 1
     order = present[np.argsort(middles[present], kind="stable")]
     number = np.zeros(len(sizes), dtype=np.uint16)

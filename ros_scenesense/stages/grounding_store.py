@@ -200,11 +200,14 @@ class GroundingStore:
     def _tell(self, sample: MsrSample, example: Example, dropped: bool) -> bool:
         """Notes what a person said; returns whether that takes back what was said before."""
         key = _key(sample)
-        cursor = self._connection.execute(
-            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ?", key
-        )
+        taken_back = self._connection.execute(
+            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ? "
+            "RETURNING number, moved",
+            key,
+        ).fetchone()
         self._connection.execute(
-            "INSERT INTO told VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, moved, yaw, "
+            "histograms) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
             (
                 *key,
                 sample.relation,
@@ -214,7 +217,15 @@ class GroundingStore:
                 pack_pair(example),
             ),
         )
-        return cursor.rowcount > 0
+        if taken_back is None:
+            return False
+        if taken_back[1]:  # the camera moved all the same: before the word that comes next
+            self._connection.execute(
+                "UPDATE told SET moved = 1 WHERE number = "
+                "(SELECT min(number) FROM told WHERE number > ?)",
+                taken_back[:1],
+            )
+        return True
 
     def _told_again(self, memory: GroundingMemory) -> GroundingMemory:
         """A memory without what people took back.
@@ -222,13 +233,11 @@ class GroundingStore:
         A mean cannot be unlearned, so all that they said and still say is learned anew.
         """
         afresh = GroundingMemory(self._settings)
-        expected = False
         for relation, dropped, moved, yaw, packed in self._connection.execute(
             "SELECT relation, dropped, moved, yaw, histograms FROM told ORDER BY number"
         ):
-            if moved and not expected:
+            if moved:
                 afresh.expect_change()
-            expected = bool(moved)
             forward, backward = unpack_pair(packed, yaw)
             example = Example(relation_named(relation), forward, backward, Source.HUMAN)
             afresh.learn([example], bool(dropped))
