@@ -5,27 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 # The constant; each feature; the products of each with itself and those after it.
-CONSTANT = -0.0261
+CONSTANT = -0.0522
 LINEAR = (
-    0.748,  # step
-    -8.21,  # concave
-    -1.16,  # convex
-    -7.85,  # shifted
-    1.62,  # color
-    -0.383,  # strong_color
-    2.14,  # local_color
-    5.41,  # enclosed
-    2.78,  # hollow
+    1.39,  # step
+    -6.96,  # concave
+    -1.18,  # convex
+    -7.33,  # shifted
+    1.64,  # color
+    -0.46,  # strong_color
+    1.77,  # local_color
+    5.5,  # enclosed
+    -3.09,  # hollow
 )
 PRODUCTS = (
-    (0.164, -3.26, -8.09, 7.82, -2.24, -6.12, -0.504, -3.06, -6.05),  # step
-    (7.23, 21.9, 7.37, -2.75, -0.28, 1.23, -7.59, -7.95),  # concave
-    (4.4, 7.77, -1.1, -1.56, 1.25, 1.25, -11.4),  # convex
-    (6.81, -7.24, -2.59, -0.272, 3.4, 1.32),  # shifted
-    (1.52, -0.258, -3.25, 1.5, 0.473),  # color
-    (1.94, -1.99, -2.84, 8.33),  # strong_color
-    (-0.778, 0.419, -2.92),  # local_color
-    (2.42, 1.83),  # enclosed
-    (0.022,),  # hollow
+    (1.32, -1.64, -7.31, 6.89, -1.56, -5.56, -1.2, -7.17, -17.5),  # step
+    (6.78, 22.5, 6.35, -1.71, -1.22, 0.894, -9.92, -10.1),  # concave
+    (3.62, 6.23, 0.644, -1.02, 0.0354, 2.66, -14.3),  # convex
+    (7.4, -6.84, -2.54, 0.349, 0.485, 1.93),  # shifted
+    (1.13, -0.459, -3.07, 0.242, -2.59),  # color
+    (1.82, -2.13, -3.23, 11),  # strong_color
+    (-0.154, 0.915, -6.49),  # local_color
+    (4.67, 15.3),  # enclosed
+    (46.6,),  # hollow
 )
 WEIGHTS = np.concatenate([[CONSTANT], LINEAR, *PRODUCTS])
