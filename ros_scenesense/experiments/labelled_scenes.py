@@ -39,7 +39,7 @@ def collect_examples(
     """
     pipeline = Pipeline(
         [
-            SimulatedCameraStage(replace(camera, mode="training")),
+            SimulatedCameraStage(replace(camera, mode="training", session="train")),
             GroundingStage(GroundingConfiguration()),
             GroundingControlStage(GroundingControlConfiguration()),
             ReasonerStage(reasoner),
