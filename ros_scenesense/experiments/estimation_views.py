@@ -1,4 +1,4 @@
-"""A scene as the networks of the experiments on estimation need it: labels, beliefs, small pictures."""
+"""A scene as the networks of the experiments on estimation need it: labels, beliefs, pixels."""
 
 from __future__ import annotations
 
