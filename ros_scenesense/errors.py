@@ -50,3 +50,7 @@ class LaunchError(SceneSenseError):
 
 class ConversationError(SceneSenseError):
     """No node of a running graph listened or answered; the text says how to start one."""
+
+
+class LearningError(SceneSenseError):
+    """There is nothing to learn from, or what there is cannot be learned from."""

@@ -45,7 +45,9 @@ _BOX = Box(pose=Pose((0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)), size=(0.1, 0.1, 0.1
 
 STRICT_STABLE = Belief(status=DecisionStatus.STRICT, value=True, axioms=["s1"])
 STRICT_UNSTABLE = Belief(status=DecisionStatus.STRICT, value=False, axioms=["s2"])
-DEFAULT_UNSTABLE = Belief(status=DecisionStatus.BY_DEFAULT, value=False, axioms=["s3"])
+DEFAULT_UNSTABLE = Belief(
+    status=DecisionStatus.BY_DEFAULT, value=False, axioms=["s3"], why="s3: small_base(<b>)"
+)
 UNDECIDED = Belief(status=DecisionStatus.UNDECIDED)
 
 

@@ -3,11 +3,20 @@
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from demo_samples import INFO, parts, run
 from test_demo_view import console, printed
 
-from ros_scenesense.bench import classification, datasets, decisions, graph, reasoning, steps
+from ros_scenesense.bench import (
+    classification,
+    datasets,
+    decisions,
+    graph,
+    perception,
+    reasoning,
+    steps,
+)
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.bench.suite import GROUPS, Group, run_suite
 from ros_scenesense.cli import bench as command
@@ -190,3 +199,20 @@ def test_datasets_are_measured(monkeypatch):
     for name in ("label_agreement", "p_stable_not_above", "p_not_occluded_not_behind_natural"):
         assert measured.figures[name] >= 0.9
     assert [len(table.rows) for table in measured.tables.values()] == [8, 8]
+
+
+def test_perception_is_measured_on_frames_with_and_without_noise():
+    measured = perception.measure(QUICK)
+    assert set(measured.figures) == {figure.name for figure in perception.FIGURES}
+    shares = [v for name, v in measured.figures.items() if not name.startswith("perceive")]
+    assert all(0.0 <= share <= 1.0 for share in shares)
+    assert measured.figures["segmentation_iou70"] > 0.6
+    table = measured.tables["Segmentation without instance ids"]
+    assert {row[1] for row in table.rows} == {"none", "kinect"}
+
+
+def test_overlap_is_that_of_the_best_found_object():
+    true = np.array([[1, 1, 2, 2, 3]], np.uint16)
+    found = np.array([[5, 5, 5, 2, 0]], np.uint16)
+    assert perception.best_overlaps(true, found).tolist() == [2 / 3, 1 / 2, 0.0]
+    assert perception.best_overlaps(true, np.zeros_like(true)).tolist() == [0.0, 0.0, 0.0]

@@ -83,6 +83,15 @@ def test_what_is_wrong_is_2(scene, capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
+def test_a_domain_with_a_history_of_actions_is_no_place_to_start_from(tmp_path, capsys):
+    path = tmp_path / "lamp.al"
+    path.write_text(
+        "inertial fluent lit. action press. press causes lit. initially -lit. hpd(press, 0).\n"
+    )
+    assert main(["plan", "lit", "--domain", str(path)]) == 2
+    assert "says what happened" in capsys.readouterr().err
+
+
 class Engine:
     def answer(self, number):
         return number + 1

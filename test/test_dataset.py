@@ -459,6 +459,11 @@ def test_the_commands(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None
         (["generate", "{path}", "--count", "none"], 2, "'count' is 'none'"),
         (["generate", "{path}", "--arrangement", "pile"], 2, "'arrangement' is 'pile'"),
         (["generate", "{path}", "--jobs", "0"], 2, "--jobs is 0"),
+        (
+            ["rebackground", "{finished}", "{path}", "--backgrounds", "2", "--jobs", "0"],
+            2,
+            "--jobs is 0",
+        ),
         (["verify", "{path}"], 1, "is not a dataset"),
         (["stats", "{finished}", "--relabel", "-1"], 2, "--relabel is -1"),
         (["stats", "{finished}", "--json", "{path}/a.txt"], 2, "must be a file that ends in .json"),

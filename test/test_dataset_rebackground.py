@@ -93,6 +93,14 @@ def test_what_is_broken_is_made_again(source: Path, changed: Path, tmp_path: Pat
     assert files(tmp_path) == files(changed)
 
 
+def test_the_number_of_workers_changes_no_byte(source: Path, changed: Path, tmp_path: Path) -> None:
+    assert rebackground(source, tmp_path, BACKGROUNDS, jobs=2) == COUNT
+    files = sorted(path for path in changed.rglob("*") if path.is_file())
+    assert len(files) == 3 + 3 * COUNT
+    for file in files:
+        assert (tmp_path / file.relative_to(changed)).read_bytes() == file.read_bytes()
+
+
 def test_folders_of_something_else_are_left_alone(
     source: Path, changed: Path, tmp_path: Path
 ) -> None:

@@ -1,12 +1,14 @@
 """Labelled regions of interest: the pixels and labels of the scene that they are a part of."""
 
-import msgspec
+from contextlib import closing
+
 import numpy as np
 import pytest
 from test_dataset import known, labelled, record_with
 
 from ros_scenesense.errors import DatasetError
-from ros_scenesense.scene import Position, Task, Truth
+from ros_scenesense.resources import resource
+from ros_scenesense.scene import Task, Truth
 from ros_scenesense.simulation.dataset.generation import generate
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
 from ros_scenesense.simulation.dataset.reader import DatasetReader
@@ -16,7 +18,8 @@ from ros_scenesense.simulation.dataset.regions import (
     region_label,
 )
 from ros_scenesense.simulation.dataset.statistics import statistics
-from ros_scenesense.simulation.engine import SimulationConfiguration
+from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
+from ros_scenesense.simulation.scene_files import read_scenes
 
 
 @pytest.fixture(scope="module")
@@ -87,12 +90,16 @@ def test_groups_are_stacks_and_what_is_behind_with_all_before_it() -> None:
         ],
     )
     assert possible_groups(record) == [(Task.OCCLUSION, ("base", "far", "near"))]
-    relations = [
-        msgspec.structs.replace(one, position_ambiguous=one.position is Position.FRONT)
-        for one in record.relations
+
+
+def test_the_papers_scene_has_the_papers_regions() -> None:
+    (file,) = read_scenes(resource("config", "scenes") / "attention.yaml")
+    with closing(SimulationEngine(SimulationConfiguration(width=128, height=96))) as engine:
+        scene = engine.written(file)
+    assert possible_groups(scene) == [
+        (Task.STABILITY, ("red_cylinder", "white_cube", "yellow_duck")),
+        (Task.OCCLUSION, ("blue_mug", "red_cylinder", "white_cube")),
     ]
-    record.relations[:] = relations
-    assert possible_groups(record) == [(Task.OCCLUSION, ("far", "near"))]
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,10 @@ def test_shows_every_scene_with_names_decisions_and_verdicts():
     assert "not located: too little of it is visible" in tree.texts
 
 
+def test_decisions_are_explained_in_short_where_they_are():
+    assert '<span class="why">small_base(&lt;b&gt;)</span>' in page(samples.run(samples.parts(0)))
+
+
 def test_needs_no_other_file_and_no_network():
     tree = parse(page(samples.run(samples.parts(0))))
     outside = [r for r in tree.references if not r.startswith(("#", "data:image/png;base64,"))]

@@ -6,7 +6,7 @@ import pytest
 from box_scenes import Block, render
 
 from ros_scenesense.cli import main as cli
-from ros_scenesense.experiments.labelling import HELP, Labelling, LabellingOptions
+from ros_scenesense.experiments.labelling import HELP, HOW_NEAR, Labelling, LabellingOptions
 from ros_scenesense.experiments.relation_labels import read_labels
 from ros_scenesense.experiments.tosd import Split, Tosd
 
@@ -27,10 +27,11 @@ def folder(tmp_path):
 
 
 class Person:
-    """Answers in order, then is gone."""
+    """Answers in order, then is gone; cannot say how near things are, or says it in `near`."""
 
-    def __init__(self, folder, *answers, pairs=9, split=None):
+    def __init__(self, folder, *answers, pairs=9, split=None, near=()):
         self.answers = list(answers)
+        self.near = list(near)
         self.asked, self.told = [], []
         options = LabellingOptions(pairs, split, folder / "overlays")
         self.count = Labelling(Tosd(folder), options, self.ask, self.told.append).run()
@@ -40,6 +41,8 @@ class Person:
         ]
 
     def ask(self, words):
+        if words == HOW_NEAR:
+            return self.near.pop(0) if self.near else ""
         self.asked.append(words)
         if not self.answers:
             raise EOFError
@@ -97,6 +100,20 @@ def test_what_is_no_answer_is_asked_again(folder, words):
     assert person.count == 1
 
 
+def test_how_near_is_asked_for_where_it_was_not_said(folder):
+    near = ["x", "n n", "n", "Touching"]
+    person = Person(folder, "l", "?", "r d", "f", "h", near=near)
+    assert person.near == []
+    assert [each[2] for each in person.said] == [
+        *("left", "not_touching", "unclear", "right", "far", "front", "touching", "behind")
+    ]
+
+
+def test_quitting_at_how_near_leaves_the_pair_for_the_next_session(folder):
+    assert Person(folder, "l", "r", near=["", "q"]).count == 1
+    assert "object_1 is ... of/to object_3" in Person(folder, "q").asked[0]
+
+
 def test_enter_shows_the_help_again(folder):
     assert Person(folder, "", "q").told.count(HELP) == 2
 
@@ -121,11 +138,11 @@ def test_the_picture_of_a_scene_is_there_before_the_first_question(folder):
 
 
 def test_the_command_reads_answers_from_the_terminal(folder, monkeypatch, capsys):
-    answers = iter(["l", "q"])
+    answers = iter(["l n", "q"])
     monkeypatch.setattr("builtins.input", lambda _words: next(answers))
     assert cli.main(["label", str(folder), "--pairs", "2", "--labels", str(folder / "mine")]) == 0
     assert "pairs answered: 1" in capsys.readouterr().out
-    assert len(read_labels(folder / "mine")) == 1
+    assert len(read_labels(folder / "mine")) == 2
     assert cli.main(["label", str(folder), "--pairs", "0"]) == 2
     assert cli.main(["label", str(folder / "gone")]) == 1
     assert "is no folder" in capsys.readouterr().err

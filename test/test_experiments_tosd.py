@@ -7,6 +7,7 @@ import pytest
 from box_scenes import Block, render
 
 from ros_scenesense.errors import DatasetError
+from ros_scenesense.experiments.grounding import Options, conduct
 from ros_scenesense.experiments.pcd import decompress_lzf, read_pcd
 from ros_scenesense.experiments.relation_labels import RelationLabel, write_labels
 from ros_scenesense.experiments.tosd import Split, Tosd, instances_of_annotation
@@ -251,3 +252,48 @@ def test_a_damaged_image_is_one_error_with_the_scene(tosd):
     cv2.imwrite(str(path), np.zeros((5, 5, 3), np.uint8))
     with pytest.raises(DatasetError, match=r"scene 'test2': .*5x5"):
         Tosd(tosd).load("test2")
+
+
+def test_the_experiment_on_grounding_runs_on_a_labelled_folder(tmp_path):
+    rng = np.random.default_rng(0)
+    placed = {
+        "right": (0.0, -0.18, 0.0),
+        "left": (0.0, 0.18, 0.0),
+        "front": (-0.2, 0.0, 0.0),
+        "behind": (0.25, 0.0, 0.0),
+        "above": (0.0, 0.0, 0.08),
+    }
+    labels = []
+    for number in range(14):
+        name = f"{'learn' if number < 12 else 'test'}{number}"
+        blocks = [Block("middle", (0.0, 0.0, 0.0))]
+        for relation, place in placed.items():
+            x, y = rng.uniform(-0.015, 0.015, 2)
+            size = (0.05, 0.05, 0.05) if relation in ("front", "above") else (0.07, 0.07, 0.11)
+            blocks.append(Block(relation, (place[0] + x, place[1] + y, place[2]), size))
+            pair = (name, f"object_{len(blocks)}", "object_1")
+            near = "touching" if relation == "above" else "not_touching"
+            labels += [RelationLabel(*pair, relation), RelationLabel(*pair, near)]
+        samples.write_pcd(tmp_path / f"{name}.pcd", render(blocks))
+    write_labels(tmp_path / "relations.jsonl", labels)
+    said = []
+    outcome = conduct(
+        Options("scenesense experiment grounding", quick=True, tosd=tmp_path), said.append
+    )
+    assert said[:2] == [
+        "training: 12 labelled scenes with 60 pairs",
+        "test: 2 labelled scenes with 10 pairs",
+    ]
+    figures = outcome.result.figures
+    assert figures["qsr_improved"] == figures["combined"] == 100.0
+    assert figures["msr_feedback"] > 50.0
+    assert figures["distance_combined"] == 100.0
+    write_labels(tmp_path / "relations.jsonl", labels[::2])
+    with pytest.raises(DatasetError, match="label distances too"):
+        conduct(Options("scenesense experiment grounding", quick=True, tosd=tmp_path), print)
+
+
+def test_the_experiment_asks_for_more_labels_if_there_are_too_few(tosd):
+    write_labels(tosd / "relations.jsonl", [LEFT])
+    with pytest.raises(DatasetError, match=r"0 training and 1 test scenes.*scenesense label"):
+        conduct(Options("scenesense experiment grounding", quick=True, tosd=tosd), print)

@@ -166,6 +166,17 @@ def test_what_holds_in_some_answer_sets_only_does_not_hold() -> None:
     assert explain("-stable(can)", program=program).holds is False
 
 
+def test_what_is_concluded_with_its_opposite_is_inconsistent() -> None:
+    program = PROGRAM.extended({"wrong": "-stable(A) if obj_surface(A, irregular)."})
+    explained = explain("stable(duck)", program=program)
+    assert not explained.holds
+    assert [each.axiom for each in explained.reason.reasons] == ["s1", "wrong"]
+    assert outline(explained.reason).startswith(
+        "stable(duck) does not hold: -stable(duck) is concluded too, which is inconsistent"
+    )
+    assert explain("-stable(duck)", program=program).holds is False
+
+
 def test_objects_go_by_constants_and_keep_their_names() -> None:
     strange = SceneFacts((SceneObject("a). bad("), SceneObject("table")), ())
     explained = explain("-occluded(object_1)", strange)
@@ -308,9 +319,11 @@ def test_the_running_graph_is_asked_in_words(
 def test_the_documentation_shows_what_the_command_prints(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = (Path(__file__).resolve().parent.parent / page).read_text()
+    root = Path(__file__).resolve().parent.parent
+    text = (root / page).read_text()
     [described] = re.findall(r"```yaml\n(objects:.*?)```", text, re.DOTALL)
     (tmp_path / "tower.yaml").write_text(described)
+    (tmp_path / "asp").symlink_to(root / "asp")
     monkeypatch.chdir(tmp_path)
     shown = re.findall(r"```console\n\$ scenesense (explain .*?)\n(.*?)```", text, re.DOTALL)
     assert shown

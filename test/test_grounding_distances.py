@@ -13,8 +13,8 @@ from ros_scenesense.grounding.distances import (
     distance_relations,
     name_distance,
 )
-from ros_scenesense.grounding.extent import Extent
-from ros_scenesense.grounding.qsr import measure_distances
+from ros_scenesense.grounding.extent import Extent, completed
+from ros_scenesense.grounding.qsr import IMPROVED, PYRAMIDS, measure_distances
 from ros_scenesense.scene import Distance
 
 
@@ -172,3 +172,49 @@ def test_only_where_the_camera_stands_to_the_objects_matters(shift):
     ]
     expected = gap_between(extent((0.02, -0.03, 0.13), (0.1, 0.1, 0.1)))
     assert gap_between(*moved, CAMERA + shift) == pytest.approx(expected, abs=1e-9)
+
+
+def facing(gap: float) -> list[Extent]:
+    """Two boxes beside each other, seen from the front."""
+    return [extent((0.1 + gap, 0.0, 0.0), (0.1, 0.1, 0.1)), LOWER]
+
+
+@pytest.mark.parametrize(
+    ("rule", "gap", "expected"),
+    [
+        (IMPROVED, 0.015, Distance.TOUCHING),
+        (IMPROVED, 0.03, Distance.NOT_TOUCHING),
+        (PYRAMIDS, 0.015, Distance.NOT_TOUCHING),
+        (PYRAMIDS, 0.002, Distance.TOUCHING),
+    ],
+)
+def test_what_is_seen_at_a_grazing_angle_may_touch_a_centimetre_away(rule, gap, expected):
+    distances = measure_distances(facing(gap), CAMERA, rule)
+    assert distance_relations(distances)[0, 1][0] is expected
+
+
+def test_what_is_in_a_container_touches_it():
+    rng = np.random.default_rng(0)
+    walls = rng.uniform(-0.1, 0.1, (2000, 3))
+    walls = walls[np.abs(walls[:, :2]).max(axis=1) > 0.09]
+    ball = rng.uniform(-0.06, 0.06, (500, 3)) + np.array([0.017, 0.0, -0.03])
+    for rule, expected in ((IMPROVED, Distance.TOUCHING), (PYRAMIDS, Distance.NOT_TOUCHING)):
+        seen = [Extent(one, one.min(axis=0), one.max(axis=0)) for one in (ball, walls)]
+        distances = measure_distances(seen, CAMERA, rule)
+        assert 0.01 < measure_distances(seen, CAMERA, PYRAMIDS)[0, 1].mean() < 0.024
+        assert distance_relations(distances)[0, 1][0] is expected
+
+
+@pytest.mark.parametrize("azimuth_deg", [0.0, 40.0, 90.0, 200.0])
+def test_boxes_are_completed_along_the_line_of_sight(azimuth_deg):
+    angle = np.radians(azimuth_deg)
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    across = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    side, height = (one.ravel() for one in np.meshgrid(*[np.linspace(-0.05, 0.05, 101)] * 2))
+    # What is seen of something: a square across.
+    points = along + side[:, None] * across + height[:, None] * up
+    low, high = completed([Extent(points, points.min(axis=0), points.max(axis=0))], np.zeros(3))
+    hidden = 0.094 * along  # from the 3rd to the 97th percentile
+    np.testing.assert_allclose(low[0], np.minimum(points, points + hidden).min(axis=0), atol=1e-9)
+    np.testing.assert_allclose(high[0], np.maximum(points, points + hidden).max(axis=0), atol=1e-9)

@@ -177,3 +177,17 @@ def test_turning_the_viewer_turns_the_names(position, quarters, rule):
     ]
     expected = horizontal[(horizontal.index(position) + quarters) % 4]
     assert name(turned, rule)[0, 1].position is expected
+
+
+def test_a_long_thing_has_others_beside_it_along_all_its_length():
+    shelf = block((0.0, 0.0, 0.0), (0.6, 0.1, 0.1))
+    mug = block((0.25, 0.2, 0.0))
+    assert name([mug, shelf], PYRAMIDS)[0, 1].position is Position.RIGHT
+    assert name([mug, shelf], IMPROVED)[0, 1].position is Position.BEHIND
+
+
+def test_what_stands_on_the_rim_of_something_wide_is_above_it():
+    table = block((0.0, 0.0, 0.0), (0.6, 0.6, 0.1))
+    mug = block((0.24, 0.0, 0.1))
+    assert name([mug, table], PYRAMIDS)[0, 1].position is Position.RIGHT
+    assert name([mug, table], IMPROVED)[0, 1].position is Position.ABOVE

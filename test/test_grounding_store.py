@@ -1,6 +1,7 @@
 """grounding.db: evidence is merged once, in order, can be taken back, and survives a restart."""
 
 import io
+import math
 import sqlite3
 
 import numpy as np
@@ -128,6 +129,28 @@ def test_what_a_person_takes_back_leaves_no_trace():
     assert_same(arrays(one), arrays(other))
 
 
+@pytest.mark.parametrize("moved", [True, False])
+@pytest.mark.parametrize(
+    "words",
+    [
+        [("front", "s-1"), ("behind", "s-1")],
+        [("front", "s-1"), ("behind", "s-2"), ("behind", "s-1")],
+    ],
+    ids=["the last word", "an earlier word"],
+)
+def test_that_the_camera_moved_is_known_though_words_are_taken_back(words, moved):
+    """So few words prove another angle only if the camera is known to have moved."""
+    one = store()
+    for number in range(3):
+        one.record_scene(record(f"s-{number}"))
+    if moved:
+        assert one.expect_change()
+    for number, (relation, scene_id) in enumerate(words, 1):
+        one.apply(update(number, sample(f"{relation} a b", scene_id)))
+    yaw_deg = math.degrees(one.memory.yaw_rad)
+    assert yaw_deg == pytest.approx(90.0 if moved else 0.0, abs=15.0)
+
+
 def test_what_is_said_outlives_its_scene_and_can_still_be_learned_anew():
     one, other = store(remembered=2), store(remembered=2)
     for each in (one, other):
@@ -245,3 +268,39 @@ def test_a_file_with_nonsense_in_it_is_set_aside(tmp_path, blob):
     assert again.health.counters["state_set_aside"] == 1
     assert again.applied == 0
     assert (tmp_path / "grounding.db.broken-1").exists()
+
+
+def test_that_the_camera_moved_is_remembered(tmp_path):
+    one = store(tmp_path / "grounding.db")
+    assert one.expect_change()
+    one.close()
+    again = store(tmp_path / "grounding.db")
+    expected = again.memory.to_arrays()["yaw"]
+    assert expected.tolist() == [0.0, 0.0, 1.0]
+    assert again.applied == 0
+    again.record_scene(record())
+    assert again.apply(update(1, sample("left a b")))
+    assert again.memory.to_arrays()["yaw"][2] == 0.0
+
+
+def test_that_the_camera_moved_cannot_be_written():
+    one = store()
+    one._connection.execute("DROP TABLE learned")
+    assert not one.expect_change()
+    ((kind, words),) = one.health.take_problems()
+    assert kind == "not_remembered"
+    assert "camera moved" in words
+
+
+def test_taking_a_word_back_does_not_forget_that_the_camera_moved():
+    one = store()
+    for number in range(1, 7):
+        one.record_scene(record(f"s-{number}"))
+        if number == 5:
+            assert one.expect_change()
+        words = "left a b" if number < 5 else "behind a b"
+        assert one.apply(update(number, sample(words, f"s-{number}")))
+    turned = one.memory.yaw_rad
+    assert abs(turned) > 0.5
+    assert one.apply(update(7, sample("behind a b", "s-1")))
+    assert one.memory.yaw_rad == pytest.approx(turned, abs=0.3)

@@ -51,7 +51,7 @@ def test_words_that_fit_change_nothing(seed, count):
 
 
 @settings(max_examples=30)
-@given(st.sampled_from([-90.0, -40.0, 30.0, 60.0, 120.0, 180.0]), st.integers(0, 1000))
+@given(st.sampled_from([-90.0, -50.0, 60.0, 120.0, 180.0]), st.integers(0, 1000))
 def test_thirty_words_tell_the_angle(yaw_deg, seed):
     assert off_deg(told(yaw_deg, 30, seed), yaw_deg) < 15.0
 

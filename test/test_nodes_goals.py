@@ -1,5 +1,9 @@
 """Goals over ROS: real nodes, and a camera that shows scenes by itself until there is a goal."""
 
+import os
+import subprocess
+import sys
+
 from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.nodes.grounding import GroundingNode
@@ -72,9 +76,17 @@ def test_the_papers_first_trace_in_the_simulated_world(ros_room):
     trace = str(resource("config", "scenes/trace_1.yaml"))
     graph = Graph(ros_room, withheld, scene_files=trace)
     assert ros_room.wait_for(lambda: graph.scenes, timeout_s=60.0)
-    last = graph.want("on(red_cylinder, white_cube)")
-    assert last.outcome == "reached"
-    first, again, _ = graph.plans
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ros_scenesense.cli.main", "goal", "on(red_cylinder, white_cube)"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ),
+    )
+    assert ros_room.wait_for(lambda: process.poll() is not None, timeout_s=120.0)
+    output, _ = process.communicate()
+    assert (process.returncode, output.splitlines()[-1].startswith("reached in")) == (0, True)
+    assert output.count("\n  putdown(red_cylinder, white_cube)") == 2
+    first, again, last = graph.plans
     assert (len(first.actions), len(again.actions)) == (6, 2)
     assert first.actions[3].location == "yellow_duck"
     assert again.reason.endswith("on(white_cube, table) was seen: fall(white_cube)")

@@ -11,7 +11,7 @@ from visualization_msgs.msg import MarkerArray
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Groundings, Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
-from ros_scenesense.messages.reasoning import Knowledge, Verdicts
+from ros_scenesense.messages.reasoning import Explanation, Knowledge, Query, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.messages.topics import TOPICS, QosClass
 from ros_scenesense.nodes.conversions import image_message, instances_of, stamp_of
@@ -100,6 +100,20 @@ def test_scenes_get_estimates_with_all_that_belongs_to_them(graph):
     assert {one.name for one in estimates[-1].objects} == {one.name for one in scene.objects}
     assert graph.room.wait_for(lambda: knowledge)
     assert estimates[-1].knowledge_revision == knowledge[0].revision
+
+
+def test_a_query_about_the_newest_scene_is_explained(graph):
+    estimates = graph.show_scene()
+    explanations = graph.probe.collect(Explanation)
+    decided = next(each for each in estimates.objects if each.stable.value is not None)
+    sign = "" if decided.stable.value else "-"
+    publisher = graph.probe.publisher(Query)
+    assert graph.room.wait_for(lambda: publisher.get_subscription_count() > 0)
+    graph.probe.say(Query(id="why-1", literal=f"{sign}stable({decided.name})"))
+    assert graph.room.wait_for(lambda: explanations)
+    answer = explanations[0]
+    assert (answer.id, answer.scene_id, answer.holds) == ("why-1", estimates.scene_id, True)
+    assert answer.steps[0].axiom
 
 
 def test_pictures_for_people_are_published(graph):

@@ -70,3 +70,16 @@ def test_belief_about_a_structure(
     for order in itertools.permutations(members):
         assert of(*order)[:2] == (status, value)
         assert sorted(of(*order)[2]) == sorted(axioms)
+
+
+def test_short_explanations_name_the_object_and_the_strongest_axiom() -> None:
+    default = Axiom("d", "default", "", Task.STABILITY, "small_base({})")
+    normal = Axiom("n", "normal", "", Task.STABILITY, "not above({}, B)")
+    assert belief([default, normal], None, "cube").why == "n: not above(cube, B)"
+    assert belief([normal], [default], "cube").why == ("n: not above(cube, B); d: small_base(cube)")
+    assert belief(None, None, "cube").why == ""
+    unstable = belief(None, [default], "cube")
+    stable = belief([normal], None, "duck")
+    members = {"cube": unstable, "duck": stable}
+    assert structure_belief(members, members).why == "d: small_base(cube)"
+    assert structure_belief(["duck"], members).why == ""

@@ -230,6 +230,19 @@ def test_a_goal_that_cannot_be_read_is_refused_with_the_reason(goal, words):
     assert words in str(error.value)
 
 
+def test_whatever_objects_are_called_no_name_becomes_program_text():
+    hostile = ["a). bad(", 'x" :- y.', "not", "table ", "Ünïcode", "#show", "l" * 64]
+    content = {"objects": dict.fromkeys(["cube", *hostile])}
+    start = situation(described_scene(content, "x"))
+    (found,) = plan(start.task(start.goal("on(cube, object_1)"))).plans
+    planned = [start.planned(action) for action in found.actions]
+    assert [(each.kind, each.object, each.location) for each in planned] == [
+        ("pickup", "cube", None),
+        ("putdown", "cube", "a). bad("),
+    ]
+    assert [start.action(each) for each in planned] == list(found.actions)
+
+
 def test_a_domain_of_ones_own_is_planned_in():
     domain = parse(
         """

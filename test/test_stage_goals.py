@@ -155,6 +155,11 @@ def test_a_goal_is_planned_for_and_pursued_action_by_action():
     assert plans(everything) == [("found", 6), ("reached", 0)]
     last = everything[-1]
     assert (last.goal, last.scene_id, last.actions) == (GOAL.goal, "s-0006", [])
+    plan = next(each for each in everything if isinstance(each, Plan))
+    assert len(plan.purposes) == len(plan.actions)
+    assert plan.purposes[-1] == (
+        "without it the goal would not be achieved: on(red_can, white_cube)"
+    )
     assert world.ledger.open_goal() is None
 
 

@@ -9,7 +9,7 @@ import pytest
 from box_scenes import Block, render, scene_of
 
 from ros_scenesense.errors import FrameError
-from ros_scenesense.geometry import Pose, look_at, transform_points
+from ros_scenesense.geometry import Intrinsics, Pose, look_at, transform_points
 from ros_scenesense.grounding.memory import GroundingMemory
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.codec import decode, encode
@@ -32,6 +32,7 @@ from ros_scenesense.stages.grounding_engine import (
 from ros_scenesense.stages.pair_grounding import Learned
 
 CAMERA = look_at((-0.8, 0.0, 0.45), (0.0, 0.0, 0.05))  # looks along x: right is -y in the world
+LARGER = Intrinsics(width=320, height=240, fx=330.0, fy=330.0, cx=160.0, cy=119.0)
 MIDDLE = Block("middle", (0.0, 0.0, 0.0))
 AROUND = [
     MIDDLE,
@@ -62,6 +63,22 @@ def test_names_blocks_around_a_block():
         assert relations["middle", name].position is Position(name).converse
         touches = Distance.TOUCHING if name == "above" else Distance.NOT_TOUCHING
         assert relations[name, "middle"].distance is touches
+
+
+@pytest.mark.parametrize("instances", ["given", "own"])
+def test_a_third_of_the_readings_missing_changes_no_relation(instances):
+    frame = render(AROUND, intrinsics=LARGER)
+    frame.color[...] = np.random.default_rng(1).integers(40, 220, (7, 3))[frame.instances]
+    depth = frame.depth.copy()
+    depth[np.random.default_rng(0).random(depth.shape) < 0.3] = np.nan
+    scene = scene_of(AROUND if instances == "given" else [])
+    whole = said(engine(instances=instances).ground(frame, scene))
+    holed = dataclasses.replace(frame, depth=depth)
+    found = said(engine(instances=instances).ground(holed, scene))
+    assert len(whole) == 6 * 5
+    assert {pair: one.position for pair, one in found.items()} == {
+        pair: one.position for pair, one in whole.items()
+    }
 
 
 def test_in_simulated_towers_everything_is_on_its_support():

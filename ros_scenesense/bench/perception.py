@@ -114,7 +114,7 @@ def measure(options: BenchOptions) -> Measured:
     figures |= {f"attribute_{row[0]}": float(str(row[2])) for row in told if row[1] == KINECT}
     columns = ["attribute", "noise", "right, of those told", "told", "most frequent mistakes"]
     tables["Attributes measured"] = Table(columns=columns, rows=told)
-    timed, growth = _times(crowded, seed)
+    timed, growth = _times(crowded, seed, 2 if options.quick else _REPEATS)
     figures |= timed
     figures["perceive_growth"] = growth
     return Measured(figures, tables)
@@ -233,7 +233,9 @@ def _value(found: PerceivedObject, name: str) -> str | None:
     return None if attribute is None else str(attribute.value)
 
 
-def _times(crowded: dict[int, list[Picture]], seed: int) -> tuple[dict[str, float], float]:
+def _times(
+    crowded: dict[int, list[Picture]], seed: int, repeats: int
+) -> tuple[dict[str, float], float]:
     """Median milliseconds by figure, and the exponent of growth with instance ids."""
     given = GroundingEngine(GroundingConfiguration())
     own = GroundingEngine(GroundingConfiguration(instances=OWN))
@@ -244,7 +246,7 @@ def _times(crowded: dict[int, list[Picture]], seed: int) -> tuple[dict[str, floa
             frame = _seen(picture.frame, KINECT, seed, number)
             scene = _scene_of(frame, picture.objects)
             bare = replace(frame, instances=None)
-            for repeat in range(_REPEATS):
+            for repeat in range(repeats):
                 masks_ms = _milliseconds(given, frame, scene)
                 segmented_ms = _milliseconds(own, bare, _scene_of(frame, []))
                 if repeat:  # the first warms up

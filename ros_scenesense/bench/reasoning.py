@@ -6,6 +6,7 @@ import statistics
 import time
 from collections.abc import Callable
 
+from ros_scenesense.bench import planning
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.translation import translate
@@ -17,12 +18,15 @@ FIGURES = (
         "the robot's domain read, checked and translated, median, ms CPU",
         at_most=50.0,
     ),
+    *planning.FIGURES,
 )
 
 
 def measure(options: BenchOptions) -> Measured:
     """Measures all figures of the group."""
-    return Measured(figures={"al_translate_ms": _translate_ms(options)}, tables={})
+    plans = planning.measure(options)
+    figures = {"al_translate_ms": _translate_ms(options), **plans.figures}
+    return Measured(figures, plans.tables)
 
 
 def _translate_ms(options: BenchOptions) -> float:

@@ -99,7 +99,12 @@ def _converse(
         return True
 
     try:
-        if not wait_for(lambda: publisher.get_subscription_count() > 0):
+        # Others may listen too, so it counts that the one is there who answers.
+        if not wait_for(
+            lambda: (
+                publisher.get_subscription_count() > 0 and node.count_publishers(answered.name) > 0
+            )
+        ):
             raise ConversationError(
                 f"no node listens on {publisher.topic_name} within {timeout_s:g} s: start the "
                 "graph with 'scenesense launch', and give the --namespace, --domain-id and "

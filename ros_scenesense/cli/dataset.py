@@ -46,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     command.add_argument("path", type=Path, metavar="OUT", help="folder of the dataset")
     add_declared(command, _parameters())
     workers = command.add_mutually_exclusive_group()
-    workers.add_argument(
-        "--jobs", type=int, metavar="INT", help="worker processes (default: one per core)"
-    )
+    _add_jobs(workers)
     workers.add_argument(
         "--cluster",
         metavar="ADDRESS",
@@ -69,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help=f"how many there are, each scene draws one (0 to {MOST_BACKGROUNDS}; 0 = plain)",
     )
+    _add_jobs(command)
     command = _action(actions, "verify", "compare all files with their checksums", _verify)
     command.add_argument("path", type=Path, metavar="DIR", help="folder of the dataset")
     command = _action(actions, "stats", "count labels, and test the axioms in physics", _stats)
@@ -122,9 +121,7 @@ def _generate(arguments: argparse.Namespace) -> int:
     configuration = build(
         SimulationConfiguration, given(arguments, parameters_of(SimulationConfiguration))
     )
-    jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
-    if not 1 <= jobs <= _MOST_JOBS:
-        raise ParameterError(f"--jobs is {jobs}, must be an integer from 1 to {_MOST_JOBS}")
+    jobs = _jobs(arguments)
     metadata = describe(configuration, options)
     with _progress("scenes") as report:
         made = generate(arguments.path, metadata, jobs, report, arguments.cluster)
@@ -135,11 +132,25 @@ def _generate(arguments: argparse.Namespace) -> int:
 _MOST_JOBS = 256
 
 
+def _add_jobs(parser: argparse._ActionsContainer) -> None:
+    parser.add_argument(
+        "--jobs", type=int, metavar="INT", help="worker processes (default: one per core)"
+    )
+
+
+def _jobs(arguments: argparse.Namespace) -> int:
+    jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
+    if not 1 <= jobs <= _MOST_JOBS:
+        raise ParameterError(f"--jobs is {jobs}, must be an integer from 1 to {_MOST_JOBS}")
+    return int(jobs)
+
+
 def _rebackground(arguments: argparse.Namespace) -> int:
     from ros_scenesense.simulation.dataset.rebackground import rebackground
 
+    jobs = _jobs(arguments)
     with _progress("scenes") as report:
-        made = rebackground(arguments.source, arguments.path, arguments.backgrounds, report)
+        made = rebackground(arguments.source, arguments.path, arguments.backgrounds, jobs, report)
     print(f"{arguments.path}: the scenes of {arguments.source}, {made} of them made now")
     return 0
 

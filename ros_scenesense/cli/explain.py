@@ -45,6 +45,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_scene_arguments(parser, required=False)
     parser.add_argument(
+        "--domain",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="instead of --scene: a domain in the action language, and files that go on from it; "
+        "explained is what its history makes believe",
+    )
+    parser.add_argument(
+        "--step", type=int, metavar="INT", help="with --domain: the step (default: the last one)"
+    )
+    parser.add_argument(
         "--why-not", action="store_true", help="ask why not: it says so if the literal does hold"
     )
     parser.add_argument(
@@ -71,6 +82,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise ParameterError("say either a LITERAL or a --goal")
     if arguments.goal is not None:
         return _explain_plan(arguments)
+    if arguments.domain is not None:
+        return _explain_history(arguments)
+    if arguments.step is not None:
+        raise ParameterError("--step belongs to --domain: a scene has no steps")
     if arguments.scene is None:
         return _ask(arguments)
     if arguments.scene_id is not None:
@@ -100,6 +115,19 @@ def _explained(arguments: argparse.Namespace) -> SceneExplanation:
 
 def _withheld(arguments: argparse.Namespace) -> list[str]:
     return [name for name in arguments.without.replace(" ", "").split(",") if name]
+
+
+def _explain_history(arguments: argparse.Namespace) -> int:
+    """Explains a literal of a domain with a history."""
+    from ros_scenesense.cli.history_explanation import as_json, explained_history, words
+
+    if arguments.scene is not None:
+        raise ParameterError("--domain has a history of its own: leave out --scene")
+    explained = explained_history(arguments)
+    if arguments.svg is not None:
+        _write(arguments.svg, drawing(explained.reason))
+    print(json.dumps(as_json(explained), indent=2) if arguments.json else words(explained))
+    return 0
 
 
 def _explain_plan(arguments: argparse.Namespace) -> int:

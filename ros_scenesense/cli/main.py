@@ -24,6 +24,7 @@ COMMANDS = {
     "label": "ask a person for the relations in real scenes of the Table Object Scene Database",
     "solve": "compute the answer sets of a domain with its history, or of a logic program",
     "translate": "turn a domain in the action language into a program that clingo runs alone",
+    "goal": "give the robot of the running graph a goal, and tell how it pursues it",
     "plan": "find the actions that lead from a scene to a goal",
     "explain": "tell why a literal holds in a scene, or why not",
     "experiment": "run an experiment of the paper: tables, plot, discussion",

@@ -141,6 +141,11 @@ def _question(arguments: argparse.Namespace) -> _Question:
 def _task_of(domain: Path, goal: str, withheld: list[str]) -> PlanningTask:
     """The task in a domain whose own history says what holds at first."""
     loaded = load(domain)
+    if loaded.history.happened or loaded.history.observations:
+        raise ParameterError(
+            f"--domain: {domain} says what happened or was observed (hpd, obs); a plan starts from "
+            "what holds initially: leave the history out, or give the present state as --scene"
+        )
     description: SystemDescription = loaded.description.without(withheld)
     return PlanningTask(description, loaded.history.initial, parse_goal(goal, description))
 

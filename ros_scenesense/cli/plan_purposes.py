@@ -9,7 +9,7 @@ from typing import Any
 from ros_scenesense.cli.scene_source import scene_of
 from ros_scenesense.errors import ParameterError, ReasoningError
 from ros_scenesense.reasoning.planning import PlanningLimits
-from ros_scenesense.reasoning.purposes import Purpose, purposes
+from ros_scenesense.reasoning.purposes import Purpose
 from ros_scenesense.reasoning.situations import Situation, robot_domain
 from ros_scenesense.stages.one_job import run_once
 from ros_scenesense.stages.planning_engine import PlanningEngine, PlanReport
@@ -35,10 +35,11 @@ def explained_plan(
     situation = Situation(domain, scene_of(arguments), withheld)
     task = situation.task(situation.goal(arguments.goal))
     limits = PlanningLimits()
-    report = run_once(PlanningEngine, "plan", (task, limits), limits.time_limit_s + _GRACE_S)
+    deadline_s = limits.time_limit_s + _GRACE_S
+    report = run_once(PlanningEngine, "plan_with_purposes", (task, limits), deadline_s)
     if isinstance(report, JobFailure):
         raise ReasoningError(report.reason)
-    return purposes(task, _actions(report)), situation.renamed
+    return _purposes(report), situation.renamed
 
 
 def as_json(explained: Sequence[Purpose]) -> list[dict[str, Any]]:
@@ -56,9 +57,8 @@ def as_json(explained: Sequence[Purpose]) -> list[dict[str, Any]]:
     ]
 
 
-def _actions(report: PlanReport) -> Sequence[Any]:
-    plans = report.planning.plans
-    if not plans:
+def _purposes(report: PlanReport) -> tuple[Purpose, ...]:
+    if not report.planning.plans:
         reason = f": {report.obstacles}" if report.obstacles is not None else ""
         raise ReasoningError(f"there is no plan to explain{reason}")
-    return plans[0].actions
+    return report.purposes

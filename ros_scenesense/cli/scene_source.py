@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.reasoning.described_scenes import (
+    GIVEN,
     KnownScene,
     described_scene,
     is_recorded,
@@ -78,9 +79,19 @@ def _simulated(path: Path) -> SimulatedScene:
 
 def _truth(scene: SimulatedScene) -> KnownScene:
     facts, _ = SceneFacts.checked(
-        (SceneObject(each.name, size=each.size, surface=each.surface) for each in scene.objects),
         (
-            PairRelation(each.object, each.reference, each.position, each.distance)
+            SceneObject(each.name, True, each.size, each.surface, GIVEN, GIVEN)
+            for each in scene.objects
+        ),
+        (
+            PairRelation(
+                each.object,
+                each.reference,
+                each.position,
+                each.distance,
+                position_source=GIVEN,
+                distance_source=GIVEN,
+            )
             for each in scene.relations
         ),
     )

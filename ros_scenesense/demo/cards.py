@@ -49,6 +49,7 @@ class Cell:
         status: Style of the badge, a `DecisionStatus`.
         badge: How it was decided, in words.
         axioms: Ids of the axioms that derived it.
+        why: The short explanation; empty if there is none.
         judgement: right, wrong, or none.
         truth: What physics says of it, in words; empty if it says nothing.
     """
@@ -58,6 +59,7 @@ class Cell:
     status: str
     badge: str
     axioms: list[str]
+    why: str
     judgement: str
     truth: str
 
@@ -172,6 +174,7 @@ def _cell(decision: Decision, visible_fraction: float | None = None) -> Cell:
         status=belief.status.value,
         badge=_STATUS_WORDS[belief.status],
         axioms=list(belief.axioms),
+        why=belief.why,
         judgement={True: "right", False: "wrong", None: "none"}[decision.right],
         truth=_truth(decision, yes, no, visible_fraction),
     )

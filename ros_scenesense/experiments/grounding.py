@@ -97,6 +97,11 @@ def _real(options: Options, folder: Path, count: int, say: Callable[[str], None]
             f"'{folder}' has labels of {len(taught)} training and {len(tested)} test scenes, at "
             f"least {count} and 1 are needed: label more with `scenesense label {folder}`"
         )
+    if not any(truth.distance for scene in taught for truth in scene.truths):
+        raise DatasetError(
+            f"'{tosd.label_file}' says of no training pair how near its objects are: the metric "
+            "grounding names position and distance or nothing, so label distances too"
+        )
     rng = np.random.default_rng(options.seed)
     parts: list[Sequence[ObservedScene]] = [
         [taught[int(index)] for index in part]

@@ -245,7 +245,7 @@ def _panels(found: dict[str, Summary]) -> list[Panel]:
         "qsr_improved": "QSR,\nimproved",
         "msr_feedback": "MSR,\nfeedback",
         "msr_qsr_feedback": "MSR,\nQSR + fb",
-        "combined": "com-\nbined",
+        "combined": "combined",
     }
     ours = [found[name] for name in short]
     panels = [
@@ -275,6 +275,7 @@ def _panels(found: dict[str, Summary]) -> list[Panel]:
                 y_label="accuracy, %",
                 x_label="feedback pairs after the turn",
                 lines=True,
+                highest=101.0,
             )
         )
     names = [f"wrong{round(100 * share)}" for share in WRONG_SHARES]
@@ -290,6 +291,7 @@ def _panels(found: dict[str, Summary]) -> list[Panel]:
                 y_label="accuracy, %",
                 x_label="wrong words, % of 28",
                 lines=True,
+                highest=101.0,
             )
         )
     return panels

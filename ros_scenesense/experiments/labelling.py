@@ -43,8 +43,9 @@ DISTANCES = {"t": Distance.TOUCHING, "n": Distance.NOT_TOUCHING, "d": Distance.F
 HELP = """\
 How does the first object lie to the second, seen by the camera? In front is nearer to you.
   l left   r right   f front   h behind   a above   b below   i in   c contains   ? unclear
-Add, if you can say it:   t touching   n not touching   d far (distant)
-For example `l` or `a t`. Also: u undo the last answer, q quit, Enter shows this again."""
+And how near are they?    t touching   n not touching   d far (distant)
+For example `l n` or `a t`. Also: u undo the last answer, q quit, Enter shows this again."""
+HOW_NEAR = "  touching, not touching or far? (t, n, d; Enter if you cannot say) "
 _COLORS = [
     (200, 30, 30),
     (20, 110, 200),
@@ -177,11 +178,27 @@ class Labelling:
                 return None
             position = _choice(given[:1], POSITIONS)
             distance = _choice(given[1:2], DISTANCES)
-            if position is not None and len(given) == 1:
+            if position == UNCLEAR and len(given) == 1:
                 return position, None
+            if position is not None and len(given) == 1:
+                return position, self._distance()
             if position not in (None, UNCLEAR) and distance is not None and len(given) == 2:
                 return position, distance
             self._tell(HELP if not given else f"'{' '.join(given)}' is no answer.\n{HELP}")
+
+    def _distance(self) -> str | None:
+        """How near they are; None if the person cannot say.
+
+        Raises:
+            EOFError: If the person quits.
+        """
+        while True:
+            given = self._ask(HOW_NEAR).strip().lower().split()
+            if given in (["q"], ["quit"]):
+                raise EOFError
+            distance = _choice(given, DISTANCES)
+            if not given or (distance is not None and len(given) == 1):
+                return distance
 
     def _keep(self, question: Question, position: str, distance: str | None) -> None:
         one, other = question.object, question.reference

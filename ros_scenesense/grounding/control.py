@@ -1,9 +1,9 @@
 """Settles on one position and one distance relation per pair of objects.
 
 Paper, section *Combined QSR-MSR Model*: of the two groundings, the more trusted one names the
-relations. That is the mode `switch`. In the mode `arbiter` trust is one per kind of relation, and
-where the groundings disagree, how sure each is of this pair counts as well. Both directions of a
-pair are grounded; the reasoner gets one of them and infers the converse.
+relations. That is the mode `switch`. In the mode `arbiter` it counts, by kind of relation, which of
+them was right when they disagreed, and how sure each is of this pair. Both directions of a pair are
+grounded; the reasoner gets one of them and infers the converse.
 """
 
 from __future__ import annotations

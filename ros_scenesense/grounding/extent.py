@@ -29,7 +29,7 @@ def completed(extents: Sequence[Extent], viewpoint: Float) -> tuple[Float, Float
     """Boxes as they may be when seen from all sides: lower and upper corners, each (n, 3).
 
     Of most objects only the front is seen: they are taken to be as deep, along the line of sight,
-    as they are wide across it.
+    as they are wide across it or high, whichever is less.
 
     Args:
         extents: The objects in naming axes, which may be turned about up against the viewer's.
@@ -44,12 +44,23 @@ def completed(extents: Sequence[Extent], viewpoint: Float) -> tuple[Float, Float
     for index, extent in enumerate(extents):
         right, away = sight[index]
         turn = np.array([[away, right], [-right, away]])  # columns: across, along the line of sight
-        width, depth = np.ptp(np.percentile(extent.points[:, :2] @ turn, _SIDES, axis=0), axis=0)
-        hidden = max(0.0, float(width - depth)) * sight[index]
+        width, depth = _lengths(extent.points[:, :2] @ turn)
+        thickness = min(float(width), float(high[index, 2] - low[index, 2]))
+        hidden = max(0.0, thickness - float(depth)) * sight[index]
         low[index, :2] += np.minimum(0.0, hidden)
         high[index, :2] += np.maximum(0.0, hidden)
     return low, high
 
 
-# As the bounds of boxes are.
-_SIDES = (3.0, 97.0)
+def _lengths(points: Float) -> Float:
+    """From the 3rd to the 97th percentile, as the bounds of boxes are; (D,) of points (N, D)."""
+    ordered = np.sort(points, axis=0)
+    first, share = divmod(_SIDE * (len(points) - 1), 1.0)
+    near = int(first)
+    far = min(near + 1, len(points) - 1)
+    low = ordered[near] + share * (ordered[far] - ordered[near])
+    high = ordered[-1 - near] + share * (ordered[-1 - far] - ordered[-1 - near])
+    return np.asarray(high - low)
+
+
+_SIDE = 0.03

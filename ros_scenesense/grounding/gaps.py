@@ -9,7 +9,8 @@ The first that applies:
    extents; then the components of the direction are max(0, g + h). For things of equal size that
    is the direction from centre to centre; a long thing has others beside it along all its length.
 
-The boxes are completed: what a camera in front sees of things is shallow.
+The boxes are completed: what a camera in front sees of things is shallow. For containment they are
+not: of a container that shows what is in it, the far wall is seen.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ _OVERLAP_SHARE = 0.1
 # The lower part of an object may sink by this share of the lower height into the box of another.
 _INTERLEAVING = 0.4
 _THINNEST_M = 1e-4
+# Boxes leave out stray points.
+_MARGIN_M = 0.05
 
 
 def positions(
@@ -54,7 +57,7 @@ def positions(
     offset = centre[:, None] - centre[None]  # (n, n, 3), from j to i
     reach = half[:, None] + half[None]
     gaps = np.abs(offset) - reach
-    inside = _shares_inside(extents, low, high)
+    inside = _shares_inside(extents)
     over = _over(low, high)
     components = np.maximum(0.0, gaps + reach.min(axis=-1, keepdims=True))
     axes = components.argmax(axis=-1)
@@ -76,18 +79,23 @@ def positions(
     return found
 
 
-def _shares_inside(extents: Sequence[Extent], low: Float, high: Float) -> Float:
+def _shares_inside(extents: Sequence[Extent]) -> Float:
     """How much of object i, by its points or by its box, is inside the box of object j: (n, n).
 
     Of what is in a container mostly the top is seen, so its points alone say too little.
     """
+    low = np.array([one.low for one in extents])
+    high = np.array([one.high for one in extents])
     edges = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
     sizes = np.maximum(high - low, _THINNEST_M)
     shares = (np.clip(edges, 0.0, None) / sizes[:, None]).prod(axis=-1)
-    for i, extent in enumerate(extents):
-        points = extent.points[:, None]
-        inside = ((points >= low) & (points <= high)).all(axis=2).mean(axis=0)
-        shares[i] = np.minimum(1.0, np.maximum(shares[i], inside))
+    # Points of an object are in the box of another only if the two boxes overlap.
+    for i, j in np.argwhere((edges > -_MARGIN_M).all(axis=-1)):
+        points = extents[i].points
+        inside = np.ones(len(points), dtype=np.bool_)
+        for axis in range(3):
+            inside &= (points[:, axis] >= low[j, axis]) & (points[:, axis] <= high[j, axis])
+        shares[i, j] = min(1.0, max(shares[i, j], float(inside.mean())))
     return np.asarray(shares)
 
 

@@ -32,6 +32,8 @@ DISTANCE_EDGES_M = (
 DISTANCE_BINS = len(DISTANCE_EDGES_M)
 
 _BLUR_BINS = 1.0
+# The rows of theta within 45 degrees of the horizon.
+_LEVEL = slice(THETA_BINS // 4, THETA_BINS - THETA_BINS // 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,12 @@ class PairHistograms:
     distance: Float
     azimuth_rad: float
     yaw_rad: float = 0.0
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the azimuth says something: most of the object is beside the reference."""
+        angles = self.position[:-1].reshape(THETA_BINS, PHI_BINS)
+        return bool(angles[_LEVEL].sum() > 0.5)
 
     def along(self, yaw_rad: float) -> PairHistograms:
         """The same pair, along axes that are turned by this angle to the left of the viewer's."""
@@ -136,7 +144,9 @@ def _positions(extents: Sequence[Extent], low: Float, high: Float) -> Float:
         phi = (np.arctan2(away, right) / (2.0 * math.pi) + 0.5) * PHI_BINS
         bins = np.minimum(theta.astype(np.intp), THETA_BINS - 1) * PHI_BINS
         bins += np.minimum(phi.astype(np.intp), PHI_BINS - 1)
-        inside = ((points >= low[j]) & (points <= high[j])).all(axis=1)
+        inside = np.ones(len(points), dtype=np.bool_)
+        for axis, values in enumerate(points.T):
+            inside &= (values >= low[j, axis]) & (values <= high[j, axis])
         bins[inside] = POSITION_BINS - 1
         hits = np.bincount(owners + bins, minlength=count * POSITION_BINS)
         counts[:, j] = hits.reshape(count, POSITION_BINS)

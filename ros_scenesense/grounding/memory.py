@@ -66,9 +66,10 @@ class GroundingMemory:
         taken = list(examples)
         turned = False
         for example in taken:
-            if example.source is Source.HUMAN and isinstance(example.relation, Position):
-                azimuth = example.forward.azimuth_rad + example.forward.yaw_rad
-                turned |= self.viewpoint.observe(example.relation, azimuth)
+            seen, relation = example.forward, example.relation
+            is_word = example.source is Source.HUMAN and seen.is_level
+            if is_word and isinstance(relation, Position):
+                turned |= self.viewpoint.observe(relation, seen.azimuth_rad + seen.yaw_rad)
         if agreement_dropped and not turned:
             self.model.fade()
         for example in taken:

@@ -167,21 +167,23 @@ def with_feedback(
         named: Kind of the relation that the qualitative grounding had named.
         settings: How trust moves.
     """
-    expected = min(_MOST_EXPECTED, max(_LEAST_EXPECTED, trust_in(state, charge, settings, kind)))
+    expected = min(_MOST_EXPECTED, trust_in(state, charge, settings, kind))
     dropped = settings.dropped * expected
-    gains = {True: math.log(dropped / expected), False: math.log((1 - dropped) / (1 - expected))}
     alarm = state.alarms.get(kind, 0.0)
-    if charge in right:
-        alarm = max(0.0, alarm + gains[right[charge]])
+    if expected < _LEAST_EXPECTED:
+        alarm = 0.0
+    elif charge in right:
+        agreed = right[charge]
+        gain = dropped / expected if agreed else (1.0 - dropped) / (1.0 - expected)
+        alarm = max(0.0, alarm + math.log(gain))
     is_drop = alarm >= settings.alarm
     qsr, msr = dict(state.qsr), dict(state.msr)
     alone = {Model.QSR: dict(state.qsr_alone), Model.MSR: dict(state.msr_alone)}
+    if is_drop:
+        alone = _faded(alone, settings.remembered)
     for model, table in ((Model.QSR, qsr), (Model.MSR, msr)):
         if is_drop:
             table[kind] = state.of(model, kind).faded(settings.remembered)
-            alone[model] = {
-                one: min(count, settings.remembered) for one, count in alone[model].items()
-            }
         if model in right:
             table[kind] = table.get(kind, Agreement()).after(right[model])
     if len(right) == 2 and right[Model.QSR] != right[Model.MSR]:
@@ -197,3 +199,12 @@ def with_feedback(
         feedback_count=state.feedback_count + 1,
     )
     return after, is_drop
+
+
+def _faded(alone: dict[Model, dict[Kind, float]], given: float) -> dict[Model, dict[Kind, float]]:
+    """The same shares, of no more than so many feedbacks of each kind."""
+    totals = {kind: sum(one.get(kind, 0.0) for one in alone.values()) for kind in Kind}
+    return {
+        model: {kind: count * given / max(given, totals[kind]) for kind, count in counts.items()}
+        for model, counts in alone.items()
+    }

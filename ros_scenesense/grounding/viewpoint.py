@@ -28,7 +28,8 @@ class ViewpointSettings:
         error_share: Share of the words that are wrong, before any is heard.
         error_weight: That share is believed as if it came from so many words.
         blur_rad: How sharp the borders between two directions are.
-        change_share: How likely it is that the viewpoint changes between one word and the next.
+        change_share: How likely it is that the viewpoint changes between one word and the next. The
+            less likely, the more words it takes to prove it, and the less harm wrong words do.
         moved_share: The same if the camera is known to have moved.
         memory: So many words are remembered.
     """
@@ -36,7 +37,7 @@ class ViewpointSettings:
     error_share: float = 0.1
     error_weight: float = 10.0
     blur_rad: float = math.radians(8.0)
-    change_share: float = 0.005
+    change_share: float = 0.0003
     moved_share: float = 0.8
     memory: int = 60
 
@@ -57,6 +58,11 @@ class ViewpointEstimator:
         # change of the viewpoint was just before it.
         self._words = np.empty((0, 3))
 
+    @property
+    def expects_change(self) -> bool:
+        """Whether no word that says something came since the camera moved."""
+        return self._expected
+
     def expect_change(self) -> None:
         """The camera is known to have moved: from now on another angle is likely."""
         self._expected = True
@@ -69,7 +75,7 @@ class ViewpointEstimator:
             azimuth_rad: Where the object is, seen from the reference, in the viewer's axes.
 
         Returns:
-            Whether the viewpoint is now thought to have changed since the last word.
+            Whether another angle became more likely than the one before this word.
         """
         if position not in _DIRECTIONS_RAD:
             return False

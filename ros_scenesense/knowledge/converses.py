@@ -68,6 +68,10 @@ class Converses:
         ) or self._readings.get(body.name) == _Reading(head.name, _order(head, body))
 
     def _axiom(self, axiom: Axiom) -> Axiom:
+        literals = [each.literal for each in axiom.body if isinstance(each, Belief)]
+        literals += [head for head in axiom.conclusions if isinstance(head, Literal)]
+        if not any(literal.atom.name in self._readings for literal in literals):
+            return axiom
         body = tuple(map(self._condition, axiom.body))
         match axiom:
             case StateConstraint() | Default() | InitialDefault():

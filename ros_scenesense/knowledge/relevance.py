@@ -47,12 +47,18 @@ class Relevance:
             if exogenous or not action.exogenous
         }
         self.attributes = self._closure({literal.atom.name for literal in asked})
-        self.possible = self._ever_true(initial) & self.attributes
+        self._true = self._ever_true(initial)
+        self.possible = self._true & self.attributes
         self.both_ways = self._needed_as_false() & self.attributes
 
-    def bears(self, axiom: CausalLaw) -> bool:
-        """Whether a causal law does: what is never true need not be made false."""
-        return axiom.action.name in self._occurring and axiom.effect.atom.name in self.possible
+    def bears(self, axiom: Axiom) -> bool:
+        """Whether an axiom does: it is about what is relevant, and can apply in some state.
+
+        What is never true need not be made false.
+        """
+        if isinstance(axiom, CausalLaw) and axiom.effect.atom.name not in self.possible:
+            return False
+        return self._concludes(axiom, self.attributes) and self._can_apply(axiom, self._true)
 
     def _closure(self, asked: Collection[str]) -> frozenset[str]:
         found = set(asked)
@@ -123,7 +129,6 @@ class Relevance:
         """
         needed: set[str] = set()
         for axiom in self._description.axioms:
-            local = local_variables(axiom.conclusions, axiom.premises)
             head = axiom.head if isinstance(axiom, StateConstraint) else None
             for condition in axiom.body:
                 if not isinstance(condition, Belief) or condition.literal.positive:
@@ -133,8 +138,10 @@ class Relevance:
                     continue
                 if head is not None and self._is_inertial(head.atom.name):
                     needed |= {atom.name, head.atom.name}
-                elif condition.negated and not local.isdisjoint(atom.arguments):
-                    needed.add(atom.name)
+                elif condition.negated:
+                    local = local_variables(axiom.conclusions, axiom.premises)
+                    if not local.isdisjoint(atom.arguments):
+                        needed.add(atom.name)
         return frozenset(needed)
 
     def _is_inertial(self, name: str) -> bool:

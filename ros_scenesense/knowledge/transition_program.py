@@ -84,6 +84,7 @@ class TransitionProgram:
         questions = (*map(self._converses.literal, asked), *self._avoided)
         self._relevance = Relevance(self._description, questions, self._initial, exogenous)
         self.relevant = self._relevance.attributes
+        self._axioms = tuple(filter(self._relevance.bears, self._description.axioms))
         acting = {law.action.name for law in self._laws()}
         self.actions = tuple(
             action for action in self._signature.actions.values() if action.name in acting
@@ -211,12 +212,10 @@ class TransitionProgram:
         return f"{self.helper('occurs')}({atom_text(action)},{time})"
 
     def _laws(self) -> Iterator[CausalLaw]:
-        for axiom in self._description.axioms:
-            if isinstance(axiom, CausalLaw) and self._relevance.bears(axiom):
-                yield axiom
+        return (axiom for axiom in self._axioms if isinstance(axiom, CausalLaw))
 
     def _statics(self) -> Iterator[str]:
-        for name in self.relevant:
+        for name in sorted(self.relevant):
             attribute = self._signature.attributes[name]
             if attribute.kind is AttributeKind.STATIC:
                 yield f"#defined {name}/{len(attribute.arguments)}."
@@ -226,10 +225,8 @@ class TransitionProgram:
         for literal in self._description.facts:
             if literal.atom.name in self.relevant:
                 yield f"{literal}."
-        for axiom in self._description.axioms:
-            if not isinstance(axiom, StateConstraint) or axiom.head.atom.name not in self.relevant:
-                continue
-            if self._is(axiom.head, AttributeKind.STATIC):
+        for axiom in self._axioms:
+            if isinstance(axiom, StateConstraint) and self._is(axiom.head, AttributeKind.STATIC):
                 yield rule_text(str(axiom.head), self._body(axiom, "0"))
 
     def _initially_false(self) -> Iterator[str]:
@@ -252,11 +249,11 @@ class TransitionProgram:
             yield f"#minimize {{ 1@{priority},{never} : {never} }}."
 
     def _constraints(self) -> Iterator[str]:
-        for axiom in self._description.axioms:
+        for axiom in self._axioms:
             if not isinstance(axiom, StateConstraint | Default):
                 continue
             head = axiom.head
-            if head.atom.name not in self.relevant or self._is(head, AttributeKind.STATIC):
+            if self._is(head, AttributeKind.STATIC):
                 continue
             body = self._body(axiom, "t")
             concluded = self._believed(head, "t")
@@ -281,14 +278,10 @@ class TransitionProgram:
             yield rule_text(f"{sign}{effect}", self._body(law, "t-1"))
 
     def _preconditions(self) -> Iterator[str]:
-        known = {action.name for action in self.actions}
-        for axiom in self._description.axioms:
-            if not isinstance(axiom, ExecutabilityCondition):
-                continue
-            if all(action.name in known for action in axiom.actions):
+        for axiom in self._axioms:
+            if isinstance(axiom, ExecutabilityCondition):
                 occurs = [self.occurring(action, "t") for action in axiom.actions]
                 yield self._ruled_out(axiom.id, [*occurs, *self._body(axiom, "t-1")])
-
         if self._lenient:
             violated = self.helper("violated")
             yield f"#minimize {{ 1@{PRIORITY_VIOLATIONS},I,t : {violated}(I,t) }}."

@@ -57,7 +57,8 @@ class Plan(SceneMessage, frozen=True, tag="plan/1"):
     """The answer to a goal: the chosen plan, or why there is none.
 
     `found` may come several times, whenever it is planned anew; `reason` then says why. Every other
-    outcome is the last word on the goal.
+    outcome is the last word on the goal. `purposes` tells for each action what would fail without
+    it, in the words of the domain.
     """
 
     id: Identifier
@@ -65,6 +66,7 @@ class Plan(SceneMessage, frozen=True, tag="plan/1"):
     outcome: Literal["found", "reached", "no_plan", "refused", "timed_out", "failed"]
     actions: list[PlannedAction]
     reason: Text = ""
+    purposes: list[Text] = []
 
 
 class StateLiteral(Part, frozen=True):

@@ -39,7 +39,7 @@ class GroundingNode(StageNode):
         )
 
     def connect(self) -> None:
-        """Adds the images of the camera, the segmentation, the cloud and the service."""
+        """Adds the images of the camera, the segmentation, the cloud and the services."""
         super().connect()
         configuration = self.configuration
         joining = FrameJoining(
@@ -52,6 +52,7 @@ class GroundingNode(StageNode):
         if configuration.scene_source == SELF:
             self._open_publisher(Scene)
         self.create_service(Trigger, "grounding/capture", self._capture)
+        self.create_service(Trigger, "grounding/camera_moved", self._camera_moved)
         self._segmentation = self.create_publisher(
             Image, "segmentation", profile_of(QosClass.FRAME)
         )
@@ -69,6 +70,13 @@ class GroundingNode(StageNode):
         answer = self._guarded(self.stage.capture, self.get_clock().now().nanoseconds)
         scene_id, words = answer or (None, "failed: see the node's log")
         response.success, response.message = scene_id is not None, words
+        return response
+
+    def _camera_moved(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        answer = self._guarded(self.stage.camera_moved)
+        response.success, response.message = answer or (False, "failed: see the node's log")
         return response
 
     def _publish_segmentation(self, segmentation: Segmentation) -> None:

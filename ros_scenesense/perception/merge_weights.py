@@ -4,28 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-# The constant; each feature; the products of each feature with itself and those after it.
-CONSTANT = -0.24
+# The constant; each feature; the products of each with itself and those after it.
+CONSTANT = -0.0522
 LINEAR = (
-    2.06,  # step
-    -6.92,  # concave
-    -1.37,  # convex
-    -6.5,  # shifted
-    1.37,  # color
-    0.124,  # strong_color
-    1.71,  # local_color
-    5.93,  # enclosed
-    -8.03,  # hollow
+    1.39,  # step
+    -6.96,  # concave
+    -1.18,  # convex
+    -7.33,  # shifted
+    1.64,  # color
+    -0.46,  # strong_color
+    1.77,  # local_color
+    5.5,  # enclosed
+    -3.09,  # hollow
 )
 PRODUCTS = (
-    (0.598, -1.94, -7.04, 5.58, -1.36, -7.27, -0.801, -7.24, -15.6),  # step
-    (7.25, 25.5, 6.23, -1.62, -2.03, 1.1, -11.8, -14.6),  # concave
-    (5.22, 6.38, 0.161, -2.41, 0.774, 0.198, -17.1),  # convex
-    (6.16, -5.72, -4.44, -0.0114, 1.73, -1.67),  # shifted
-    (1.1, 0.137, -3.32, 0.624, -3.14),  # color
-    (2.73, -2.7, -2.67, 7.21),  # strong_color
-    (-0.191, 0.139, -2.22),  # local_color
-    (5.28, 27.9),  # enclosed
-    (66.3,),  # hollow
+    (1.32, -1.64, -7.31, 6.89, -1.56, -5.56, -1.2, -7.17, -17.5),  # step
+    (6.78, 22.5, 6.35, -1.71, -1.22, 0.894, -9.92, -10.1),  # concave
+    (3.62, 6.23, 0.644, -1.02, 0.0354, 2.66, -14.3),  # convex
+    (7.4, -6.84, -2.54, 0.349, 0.485, 1.93),  # shifted
+    (1.13, -0.459, -3.07, 0.242, -2.59),  # color
+    (1.82, -2.13, -3.23, 11),  # strong_color
+    (-0.154, 0.915, -6.49),  # local_color
+    (4.67, 15.3),  # enclosed
+    (46.6,),  # hollow
 )
 WEIGHTS = np.concatenate([[CONSTANT], LINEAR, *PRODUCTS])

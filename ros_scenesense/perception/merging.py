@@ -33,7 +33,7 @@ def merged(pieces: Pieces, surface: Surface) -> Labels:
     Returns:
         (count + 1,) from the label of a piece to that of its object; 0 stays 0.
     """
-    table = _Pieces(pieces, surface)
+    table = Borders(pieces, surface)
     waiting: list[tuple[float, int, int, int, int]] = []
 
     def propose(one: int, other: int) -> None:
@@ -77,10 +77,11 @@ def expanded(features: Float) -> Float:
 _PAIRS, _STEPS, _CONCAVE, _CONVEX, _SHIFTED, _COLOR = range(6)
 
 
-class _Pieces:
+class Borders:
     """Pieces and their borders as sums over pixels, which add up when pieces are joined.
 
     Attributes:
+        area: Of each piece, pixels.
         borders: For each piece, by its label, the sums (6,) over the border with each neighbour.
         version: For each piece how often it changed; -1 when it is part of another one.
     """
@@ -88,7 +89,7 @@ class _Pieces:
     def __init__(self, pieces: Pieces, surface: Surface) -> None:
         labels, size = pieces.labels, pieces.count + 1
         flat = labels.ravel()
-        self._area = np.bincount(flat, minlength=size).astype(np.float64)
+        self.area = np.bincount(flat, minlength=size).astype(np.float64)
         self._lab = np.stack(
             [np.bincount(flat, surface.lab[..., c].ravel(), minlength=size) for c in range(3)],
             axis=1,
@@ -124,10 +125,10 @@ class _Pieces:
         border = self.borders[one][other]
         pairs = float(border[_PAIRS])
         step, concave, convex, shifted, local = (float(v) for v in border[1:] / pairs)
-        change = self._lab[one] / self._area[one] - self._lab[other] / self._area[other]
+        change = self._lab[one] / self.area[one] - self._lab[other] / self.area[other]
         color = math.hypot(float(change[1]), float(change[2]))
         hull = _hull(np.concatenate([self._hulls[one], self._hulls[other]]))
-        area = self._area[one] + self._area[other]
+        area = self.area[one] + self.area[other]
         before = area / (self._hull_area[one] + self._hull_area[other])
         together = area / _hull_area(hull)
         return np.array(
@@ -149,7 +150,7 @@ class _Pieces:
         between = self.borders[one].pop(other)
         del self.borders[other][one]
         self._outline[one] += self._outline[other] - 2.0 * between[_PAIRS]
-        self._area[one] += self._area[other]
+        self.area[one] += self.area[other]
         self._lab[one] += self._lab[other]
         self._hulls[one] = _hull(np.concatenate([self._hulls[one], self._hulls[other]]))
         self._hull_area[one] = _hull_area(self._hulls[one])
@@ -174,7 +175,7 @@ class _Pieces:
         self, labels: Labels, surface: Surface, axis: int
     ) -> list[tuple[tuple[int, int], Float]]:
         """The sums of the borders that the lines along an image axis cross."""
-        size = len(self._area)
+        size = len(self.area)
         first = labels[:-1] if axis == 0 else labels[:, :-1]
         second = labels[1:] if axis == 0 else labels[:, 1:]
         y, x = np.nonzero(first != second)

@@ -133,32 +133,38 @@ _FARTHEST_IN_OPEN = 6.0
 
 
 def _let_in(markers: Labels, background: int, seeds: Labels, surface: Surface) -> None:
-    """Opens what lies within the convex outline of a piece and is of its colour, not the table's.
+    """Opens what lies about within the convex outline of a piece and is of its colour.
 
     The floor of a bowl or a tray is hardly higher than the table on which it stands.
     """
     outside = markers == background
     table = np.median(surface.lab[outside][:: max(1, outside.sum() // 2000)], axis=0)
     for label, (rows, columns) in enumerate(find_objects(seeds), 1):
-        mine = seeds[rows, columns] == label
+        window = np.s_[
+            max(0, rows.start - _BEYOND) : rows.stop + _BEYOND,
+            max(0, columns.start - _BEYOND) : columns.stop + _BEYOND,
+        ]
+        mine, lab = seeds[window] == label, surface.lab[window]
         contours, _ = cv2.findContours(
-            mine.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+            mine.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
         )
-        hull = cv2.convexHull(np.concatenate(contours))
-        within = cv2.fillConvexPoly(np.zeros(mine.shape, dtype=np.uint8), hull, 1).view(np.bool_)
-        low = within & outside[rows, columns]
+        within = np.zeros(mine.shape, dtype=np.uint8)
+        cv2.fillConvexPoly(within, cv2.convexHull(np.concatenate(contours)), 1)
+        low = cv2.dilate(within, _AROUND).view(np.bool_) & outside[window]
         if not low.any():
             continue
-        lab = surface.lab[rows, columns]
         color = lab[mine].mean(axis=0)
         own = np.square(lab[low] - color).sum(axis=1)
         other = np.square(lab[low] - table).sum(axis=1)
         low[low] = _MUCH_NEARER**2 * own < other
-        markers[rows, columns][low] = 0
+        markers[window][low] = 0
 
 
+# So far beyond the outline, pixels.
+_BEYOND = 8
+_AROUND = np.ones((2 * _BEYOND + 1, 2 * _BEYOND + 1), dtype=np.uint8)
 # Of an object is a low pixel whose colour is so many times nearer to its than to the table's.
-_MUCH_NEARER = 2.0
+_MUCH_NEARER = 1.4
 
 
 def _flooded(lab: Image) -> npt.NDArray[np.uint8]:

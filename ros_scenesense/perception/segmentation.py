@@ -20,11 +20,12 @@ from ros_scenesense.geometry import Float, Intrinsics
 from ros_scenesense.perception.merging import merged
 from ros_scenesense.perception.plane import Plane, find_table
 from ros_scenesense.perception.points import points_of
-from ros_scenesense.perception.regions import cut
+from ros_scenesense.perception.regions import Pieces, cut
 from ros_scenesense.perception.surface import Image, Labels, Mask, Surface, measure_surface
 from ros_scenesense.perception.tabletop import Tabletop, measure_tabletop
 
 Instances = npt.NDArray[np.uint16]
+Window = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +83,10 @@ def find_objects(
     if up is None and plane.normal[2] < -math.cos(math.radians(_FACES_DEG)):
         return Found(nothing, plane, _FACING)
     tabletop = measure_tabletop(points, plane, rng)
-    labels = _labels(small_color, small_depth, camera, tabletop)
-    if labels is None:
+    outlook = look(small_color, small_depth, camera, tabletop)
+    if outlook is None:
         return Found(nothing, plane)
+    labels = _labels(outlook, tabletop)
     if scale != 1.0:
         height, width = depth.shape
         labels = cv2.resize(
@@ -119,8 +121,11 @@ _NEIGHBOURS = np.ones((3, 3), dtype=np.uint8)
 _LOOK_ROUND = 8
 # Less of an object may be without a reading, or no higher than the table.
 _LEAST_SHARE_RISING = 0.3
-# A splinter whose colour differs less from that of its neighbour is of this.
+# What is no object of its own is of a neighbour whose colour differs less.
 _ALIKE = 20.0
+# So small a part of a neighbour that so much of its outline borders on is of this, if alike.
+_SMALL_PART = 0.1
+_MOSTLY = 0.5
 _SURELY_LOWER_M = -0.02
 
 
@@ -155,10 +160,27 @@ def _scaled(
     )
 
 
-def _labels(
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """The part of an image that holds the objects, cut into pieces.
+
+    Attributes:
+        window: Where in the image it is.
+        rising: (h, w) pixels that are of something on the table.
+        surface: Of the part.
+        pieces: Of the part.
+    """
+
+    window: Window
+    rising: Mask
+    surface: Surface
+    pieces: Pieces
+
+
+def look(
     color: npt.NDArray[np.uint8], depth: Image, intrinsics: Intrinsics, tabletop: Tabletop
-) -> Labels | None:
-    """The objects (H, W) by any numbers from 1 on; None if nothing rises from the table."""
+) -> Outlook | None:
+    """Cuts what rises from the table into pieces; None if nothing does."""
     rising = tabletop.rising
     rows, columns = np.flatnonzero(rising.any(axis=1)), np.flatnonzero(rising.any(axis=0))
     if len(rows) == 0:
@@ -171,17 +193,24 @@ def _labels(
     with np.errstate(invalid="ignore"):
         lower = tabletop.heights[window] < _SURELY_LOWER_M
     pieces = cut(surface, rising[window], read, lower)
+    return Outlook(window, rising[window], surface, pieces)
+
+
+def _labels(outlook: Outlook, tabletop: Tabletop) -> Labels:
+    """The objects (H, W) by any numbers from 1 on."""
+    surface, pieces, window = outlook.surface, outlook.pieces, outlook.window
     objects = merged(pieces, surface)[pieces.labels]
-    place = _Place(objects, rising[window], tabletop, surface, window)
+    sizes = np.bincount(objects.ravel())
+    place = _Place(objects, sizes, outlook.rising, tabletop, surface, window)
+    becomes = np.arange(len(sizes), dtype=np.int32)
     for label, box in enumerate(ndimage.find_objects(objects), 1):
         if box is not None:
-            _judge(label, box, place)
-    whole = np.zeros(depth.shape, dtype=np.int32)
-    whole[window] = objects
+            owner = becomes[_judged(label, box, place)]
+            # Whoever was taken to be of this one goes where it goes.
+            becomes[becomes == label] = owner
+    whole = np.zeros(tabletop.heights.shape, dtype=np.int32)
+    whole[window] = becomes[objects]
     return whole
-
-
-Window = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +219,7 @@ class _Place:
 
     Attributes:
         objects: (h, w) labels of the objects.
+        sizes: Pixels of each label.
         rising: (h, w) pixels that are of something on the table.
         tabletop: Everything relative to the table, in the whole image.
         surface: Of the part.
@@ -197,14 +227,18 @@ class _Place:
     """
 
     objects: Labels
+    sizes: npt.NDArray[np.intp]
     rising: Mask
     tabletop: Tabletop
     surface: Surface
     window: Window
 
 
-def _judge(label: int, box: Window, place: _Place) -> None:
-    """Takes a label away if it is of no object of its own: a splinter, or beside the table."""
+def _judged(label: int, box: Window, place: _Place) -> int:
+    """The label of the object that something is of: its own, a neighbour's, or 0.
+
+    A splinter is of its neighbour, and what is beside the table is no object.
+    """
     rows, columns = box
     around = np.s_[
         max(0, rows.start - _LOOK_ROUND) : rows.stop + _LOOK_ROUND,
@@ -216,37 +250,52 @@ def _judge(label: int, box: Window, place: _Place) -> None:
     count = np.count_nonzero(rising)
     beside = cv2.dilate(mine.view(np.uint8), _NEIGHBOURS).view(np.bool_) & ~mine
     color = lab[mine].mean(axis=0)
-    if count < _LEAST_PIXELS or count < _LEAST_SHARE_RISING * np.count_nonzero(mine):
-        labels[mine] = _owner(labels[beside], lab[beside], color)
-        return
+    owner, share = _neighbour(labels[beside], lab[beside], color)
+    area = np.count_nonzero(mine)
+    if count < max(_LEAST_PIXELS, _LEAST_SHARE_RISING * area):
+        return owner
+    if owner and share > _MOSTLY and area < _SMALL_PART * place.sizes[owner]:
+        return owner
     heights = place.tabletop.heights[place.window][around][rising]
     least = place.tabletop.least[place.window][around][rising]
     y, x = np.nonzero(rising)
     y += place.window[0].start + around[0].start
     x += place.window[1].start + around[1].start
     if place.tabletop.share_over(y, x) < _LEAST_SHARE_OVER_TABLE:
-        labels[mine] = 0
-    elif np.percentile(heights - _CLEARLY_HIGHER * least, 90.0) <= 0.0:
+        return 0
+    if np.percentile(heights - _CLEARLY_HIGHER * least, 90.0) <= 0.0:
         ring = cv2.dilate(mine.view(np.uint8), _AROUND).view(np.bool_) & (labels == 0)
         if ring.any() and np.linalg.norm(color - lab[ring].mean(axis=0)) <= _LOOKS_THE_SAME:
-            labels[mine] = 0
+            return 0
+    return label
 
 
-def _owner(labels: Labels, lab: Image, color: Float) -> int:
-    """The label that a splinter of this colour gets: its neighbour's if that looks alike, or 0."""
+def _neighbour(labels: Labels, lab: Image, color: Float) -> tuple[int, float]:
+    """Whom most of the pixels beside something of a colour belong to, and their share.
+
+    Args:
+        labels: (N,) of the pixels beside it.
+        lab: (N, 3) their colours.
+        color: (3,) of what they are beside.
+
+    Returns:
+        0 if nobody is there, or if its colour is another one.
+    """
     neighbours = labels[labels > 0]
     if len(neighbours) == 0:
-        return 0
+        return 0, 0.0
     label = int(np.bincount(neighbours).argmax())
-    change = lab[labels == label].mean(axis=0) - color
-    return label if np.linalg.norm(change) < _ALIKE else 0
+    theirs = labels == label
+    alike = np.linalg.norm(lab[theirs].mean(axis=0) - color) < _ALIKE
+    return (label, float(np.mean(theirs))) if alike else (0, 0.0)
 
 
 def _numbered(labels: Labels) -> Instances:
     """The same objects, numbered from left to right by their middles."""
-    sizes = np.bincount(labels.ravel())
-    columns = np.broadcast_to(np.arange(labels.shape[1], dtype=np.float64), labels.shape)
-    middles = np.bincount(labels.ravel(), columns.ravel()) / np.maximum(sizes, 1)
+    rows, columns = np.nonzero(labels)
+    owners = labels[rows, columns]
+    sizes = np.bincount(owners, minlength=1)
+    middles = np.bincount(owners, columns, minlength=1) / np.maximum(sizes, 1)
     present = np.flatnonzero(sizes[1:]) + 1
     order = present[np.argsort(middles[present], kind="stable")]
     number = np.zeros(len(sizes), dtype=np.uint16)

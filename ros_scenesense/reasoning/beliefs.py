@@ -66,7 +66,9 @@ def structure_belief(members: Iterable[str], stable: Mapping[str, Belief]) -> Be
         decisive = strict
     all_strict = len(strict) == len(decisive)
     status = DecisionStatus.STRICT if all_strict else DecisionStatus.BY_DEFAULT
-    return Belief(status=status, value=value, axioms=_union(decisive))
+    # One member is reason enough for an unstable structure, all are for a stable one.
+    why = "" if value else decisive[0].why
+    return Belief(status=status, value=value, axioms=_union(decisive), why=why)
 
 
 def _ids(axioms: Iterable[Axiom]) -> list[str]:

@@ -267,6 +267,12 @@ class _Search:
 
     def _solve(self) -> bool:
         """Looks for better plans of this length; False if time or patience has run out."""
+        unmet = clingo.Function(self._program.helper("unmet"), [clingo.Number(self.step)])
+        atom = self._control.symbolic_atoms[unmet]
+        if atom is not None and atom.is_fact:
+            # Grounding has shown already that the goal cannot hold here.
+            self.complete &= not self._patience.is_over
+            return self.complete
         self._solving.opt_mode = ",".join(["optN", *self._bound()])
         best: _Answer | None = None
         optimal: list[_Answer] = []

@@ -3,7 +3,8 @@
 What stands on an object, taken together, is carried by contacts that lie within the outlines of
 both, seen from above. If its centre of mass lies outside one of them it falls, whatever the forces.
 If both touch with flat faces and it lies well inside both, everywhere in the stack, nothing moves.
-All else is open. So candidates that cannot be as wished need not be built; none that could is lost.
+All else is open. So candidates that cannot be as wished need not be built. Labels are never made
+here: whatever a dataset holds was tested by physics.
 """
 
 from __future__ import annotations

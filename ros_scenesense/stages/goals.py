@@ -11,6 +11,8 @@ import hashlib
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import msgspec
+
 from ros_scenesense.errors import LanguageError
 from ros_scenesense.messages.actions import (
     Action,
@@ -223,7 +225,7 @@ class GoalKeeper:
         limits = PlanningLimits(
             max_steps=self._limits.max_steps, time_limit_s=self._limits.time_limit_s
         )
-        self._submit("plan", (task, limits))
+        self._submit("plan_with_purposes", (task, limits))
         return []
 
     def _planned(self, seen: SeenScene, report: PlanReport) -> list[Outgoing]:
@@ -247,6 +249,7 @@ class GoalKeeper:
         situation = self._scenes.situation(seen)
         self._plan = list(map(situation.planned, planning.plans[0].actions))
         plan = self._message(goal, seen.id, "found", self._reason, self._plan)
+        plan = msgspec.structs.replace(plan, purposes=list(map(str, report.purposes)))
         self._reason = ""
         self._health.count("plans_made")
         return [timing, plan, *self._next_action(seen)]

@@ -124,6 +124,16 @@ class GroundingStage:
             return None, "too many scenes wait for their frames already"
         return scene_id, f"the next frame becomes scene {scene_id}"
 
+    def camera_moved(self) -> tuple[bool, str]:
+        """Somebody knows that the camera moved: people's words may be meant along other axes.
+
+        Returns:
+            Whether that is remembered; and the same in words for the caller.
+        """
+        if not self._store.expect_change():
+            return False, "grounding.db cannot be written: see the node's log"
+        return True, "what people say next tells along which axes they name relations"
+
     def jobs(self) -> list[Job]:
         """Grounding of the scenes that are complete."""
         jobs, self._jobs = self._jobs, []

@@ -53,6 +53,7 @@ CREATE TABLE told (
     kind TEXT NOT NULL,
     relation TEXT NOT NULL,
     dropped INTEGER NOT NULL,
+    moved INTEGER NOT NULL,
     yaw REAL NOT NULL,
     histograms BLOB NOT NULL,
     UNIQUE (scene_id, first, second, kind)
@@ -118,16 +119,32 @@ class GroundingStore:
         try:
             with self._connection:
                 memory = self._memory_after(update)
-                self._connection.execute(
-                    "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)",
-                    (update.id, _memory_bytes(memory)),
-                )
+                self._write(update.id, memory)
         except sqlite3.Error as error:
             words = f"update {update.id} could not be written to grounding.db: {error}"
             self._health.problem("not_remembered", words)
             return False
         self.applied, self.memory = update.id, memory
         return True
+
+    def expect_change(self) -> bool:
+        """The camera is known to have moved; returns whether that could be written."""
+        memory = GroundingMemory.from_arrays(self.memory.to_arrays(), self._settings)
+        memory.expect_change()
+        try:
+            with self._connection:
+                self._write(self.applied, memory)
+        except sqlite3.Error as error:
+            words = f"that the camera moved could not be written to grounding.db: {error}"
+            self._health.problem("not_remembered", words)
+            return False
+        self.memory = memory
+        return True
+
+    def _write(self, applied: int, memory: GroundingMemory) -> None:
+        self._connection.execute(
+            "INSERT OR REPLACE INTO learned VALUES (1, ?, ?)", (applied, _memory_bytes(memory))
+        )
 
     def _record_scene(self, record: SceneRecord) -> None:
         with self._connection:
@@ -183,15 +200,32 @@ class GroundingStore:
     def _tell(self, sample: MsrSample, example: Example, dropped: bool) -> bool:
         """Notes what a person said; returns whether that takes back what was said before."""
         key = _key(sample)
-        cursor = self._connection.execute(
-            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ?", key
-        )
+        taken_back = self._connection.execute(
+            "DELETE FROM told WHERE scene_id = ? AND first = ? AND second = ? AND kind = ? "
+            "RETURNING number, moved",
+            key,
+        ).fetchone()
         self._connection.execute(
-            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, yaw, histograms) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            (*key, sample.relation, dropped, example.forward.yaw_rad, pack_pair(example)),
+            "INSERT INTO told (scene_id, first, second, kind, relation, dropped, moved, yaw, "
+            "histograms) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (
+                *key,
+                sample.relation,
+                dropped,
+                self.memory.viewpoint.expects_change,
+                example.forward.yaw_rad,
+                pack_pair(example),
+            ),
         )
-        return cursor.rowcount > 0
+        if taken_back is None:
+            return False
+        if taken_back[1]:  # the camera moved all the same: before the word that comes next
+            self._connection.execute(
+                "UPDATE told SET moved = 1 WHERE number = "
+                "(SELECT min(number) FROM told WHERE number > ?)",
+                taken_back[:1],
+            )
+        return True
 
     def _told_again(self, memory: GroundingMemory) -> GroundingMemory:
         """A memory without what people took back.
@@ -199,9 +233,11 @@ class GroundingStore:
         A mean cannot be unlearned, so all that they said and still say is learned anew.
         """
         afresh = GroundingMemory(self._settings)
-        for relation, dropped, yaw, packed in self._connection.execute(
-            "SELECT relation, dropped, yaw, histograms FROM told ORDER BY number"
+        for relation, dropped, moved, yaw, packed in self._connection.execute(
+            "SELECT relation, dropped, moved, yaw, histograms FROM told ORDER BY number"
         ):
+            if moved:
+                afresh.expect_change()
             forward, backward = unpack_pair(packed, yaw)
             example = Example(relation_named(relation), forward, backward, Source.HUMAN)
             afresh.learn([example], bool(dropped))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ros_scenesense.knowledge.description import Happened, History, Observation
 from ros_scenesense.knowledge.literals import Atom, Literal
@@ -20,6 +20,7 @@ from ros_scenesense.reasoning.planning import (
     plan,
 )
 from ros_scenesense.reasoning.projection import State, project
+from ros_scenesense.reasoning.purposes import Purpose, purposes
 from ros_scenesense.reasoning.situations import Situation
 
 
@@ -30,10 +31,12 @@ class PlanReport:
     Attributes:
         planning: The plans.
         obstacles: Why there is none; None if there is one.
+        purposes: What each action of the best plan is for, if that was asked.
     """
 
     planning: Planning
     obstacles: Obstacles | None = None
+    purposes: tuple[Purpose, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,18 @@ class PlanningEngine:
         if planning.outcome is PlanOutcome.NO_PLAN:
             return PlanReport(planning, obstacles(task, limits.time_limit_s))
         return PlanReport(planning)
+
+    def plan_with_purposes(self, task: PlanningTask, limits: PlanningLimits) -> PlanReport:
+        """The same, and what each action of the best plan is for.
+
+        Raises:
+            ReasoningError: If the solver fails.
+        """
+        report = self.plan(task, limits)
+        if not report.planning.plans:
+            return report
+        actions = report.planning.plans[0].actions
+        return replace(report, purposes=purposes(task, actions))
 
     def observe(
         self, before: Situation, action: Atom, after: Situation, time_limit_s: float

@@ -90,6 +90,11 @@ class SceneVocabulary:
         sure = fact.confidence if perceived else None
         return Reason(literal, Role.KNOWN, source=fact.source, confidence=sure)
 
+    def condition(self, rule: int, words: str) -> str | None:
+        """A comparison of an axiom."""
+        del rule
+        return words
+
     def absent(self, atom: clingo.Symbol) -> str:
         """Why a literal under `not` may be taken not to hold."""
         inner = atom.arguments[0] if atom.name == "possible" else atom

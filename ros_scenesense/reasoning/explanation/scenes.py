@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
-
-import clingo
+from dataclasses import dataclass
 
 from ros_scenesense.errors import LanguageError, ReasoningError
 from ros_scenesense.knowledge.action_language import parse_literal
-from ros_scenesense.knowledge.classification import statements_about_states
 from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.knowledge.literals import Literal
 from ros_scenesense.knowledge.names import Names
+from ros_scenesense.knowledge.signature import AttributeKind
 from ros_scenesense.knowledge.terms import Constant
-from ros_scenesense.reasoning.explanation.proof import Proof, Proofs
 from ros_scenesense.reasoning.explanation.reason import Reason, Role
-from ros_scenesense.reasoning.explanation.refutation import Refutations
-from ros_scenesense.reasoning.explanation.rules import Rule
-from ros_scenesense.reasoning.explanation.scene_vocabulary import SceneVocabulary
-from ros_scenesense.reasoning.explanation.support import Instance, atoms_of, instances
-from ros_scenesense.reasoning.explanation.telling import Teller
-from ros_scenesense.reasoning.facts import PerceivedRelation, SceneFacts, cyclic_pairs
-from ros_scenesense.reasoning.program import Messages, Program, Selection, add
-from ros_scenesense.reasoning.retraction import retract
-from ros_scenesense.reasoning.solving import QUIET, Outcome
-from ros_scenesense.reasoning.syntax import Statement
+from ros_scenesense.reasoning.explanation.scene_case import SceneCase, SceneQuestion
+from ros_scenesense.reasoning.facts import PerceivedRelation, SceneFacts
+from ros_scenesense.reasoning.program import Program
 
 
 @dataclass(frozen=True)
@@ -46,29 +35,6 @@ class SceneExplanation:
     reason: Reason
     withdrawn: tuple[PerceivedRelation, ...] = ()
     renamed: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """One answer set of a scene, and what it was computed from.
-
-    Attributes:
-        statements: The program.
-        text: The facts.
-        control: The solver, grounded.
-        answer: The answer set.
-        withdrawn: Perceived relations that the facts leave out.
-    """
-
-    statements: tuple[Statement, ...]
-    text: str
-    control: clingo.Control
-    answer: frozenset[clingo.Symbol]
-    withdrawn: tuple[PerceivedRelation, ...] = ()
-
-    def is_certain(self, atom: clingo.Symbol) -> bool:
-        """Whether an atom of this answer set is in all others too."""
-        return bool(self.control.solve(assumptions=[(atom, False)]).unsatisfiable)
 
 
 class SceneExplainer:
@@ -96,13 +62,12 @@ class SceneExplainer:
             raise ReasoningError(f"{program.source} was not translated from a domain")
         self._names = Names([each.name for each in facts.objects], _constants(program.description))
         self._domain = program.description.with_members("object", self._names.constants)
-        self._withheld = frozenset(withheld)
-        asked = program.selection(self._withheld, everything=True)
-        self._solved = _solved(facts, asked, program.source, time_limit_s)
-        known = {clingo.parse_term(each.atom): each for each in facts.statements(asked)}
-        self._vocabulary = SceneVocabulary(
-            self._domain, facts, self._solved.statements, self._names, known
+        self._program = program
+        self._question = SceneQuestion(
+            self._domain, facts, self._names, frozenset(withheld), program.source, time_limit_s
         )
+        self._deciding = program.selection(self._question.withheld)
+        self._cases = {False: SceneCase(self._question, self._deciding)}
 
     def literal(self, text: str) -> Literal:
         """Reads a literal such as `-stable(red_can)`; objects go by their names.
@@ -119,122 +84,36 @@ class SceneExplainer:
 
     def explain(self, literal: Literal) -> SceneExplanation:
         """Why a literal holds, or why it does not."""
-        teller = Teller(self._vocabulary, self._proofs)
-        proof = self._proof(literal)
-        if proof is None:
-            reason = self._failure(literal, teller)
-        elif self._solved.is_certain(self._vocabulary.symbol(literal)):
-            reason = teller.proof(proof)
-        else:
-            words = (
-                "it holds in some answer sets only, as there are defaults that oppose each other"
-            )
-            reason = Reason(str(literal), Role.MISSING, words=words, reasons=(teller.proof(proof),))
+        case = self._case(everything=not self._bears_on_decisions(literal))
+        reason = case.reason(literal)
         return SceneExplanation(
             literal=str(literal),
             holds=reason.role is not Role.MISSING,
             reason=reason,
-            withdrawn=self._solved.withdrawn,
+            withdrawn=case.withdrawn,
             renamed=tuple(self._renamed()),
         )
 
-    @cached_property
-    def _rules(self) -> list[Rule]:
-        found = (Rule.of(index, each.node) for index, each in enumerate(self._solved.statements))
-        return [rule for rule in found if rule is not None]
+    def _case(self, everything: bool) -> SceneCase:
+        """The case with the statements that decide or, at more cost, with all."""
+        if everything not in self._cases:
+            asked = self._program.selection(self._question.withheld, everything)
+            self._cases[everything] = SceneCase(self._question, asked)
+        return self._cases[everything]
 
-    @cached_property
-    def _proofs(self) -> Proofs:
-        facts = atoms_of(self._solved.text)
-        applied = instances(self._rules, (), self._solved.answer)
-        return Proofs(facts, applied, self._preference)
-
-    def _preference(self, instance: Instance) -> int:
-        return int(self._vocabulary.is_default(instance.rule))
-
-    def _proof(self, literal: Literal) -> Proof | None:
-        """The proof of a literal, by a normal axiom if there is one."""
-        proofs = map(self._proofs.of, self._tagged(literal))
-        found = [proof for proof in proofs if proof is not None]
-        return min(
-            found,
-            key=lambda proof: (proof.by is not None and self._preference(proof.by), proof.atom),
-            default=None,
+    def _bears_on_decisions(self, literal: Literal) -> bool:
+        atom = literal.atom
+        attribute = self._domain.signature.attributes[atom.name]
+        return (
+            attribute.kind is AttributeKind.ESTIMATED
+            or (atom.name, len(atom.arguments)) in self._deciding.used
         )
-
-    def _tagged(self, literal: Literal) -> list[clingo.Symbol]:
-        """The atoms that conclude a literal by one axiom, or the literal itself."""
-        pattern = self._vocabulary.pattern(literal)
-        if pattern == self._vocabulary.symbol(literal):
-            return [pattern]
-        return self._refutations.matches(pattern)
-
-    @cached_property
-    def _refutations(self) -> Refutations:
-        return Refutations(self._rules, (), self._solved.answer)
-
-    def _failure(self, literal: Literal, teller: Teller) -> Reason:
-        reason = teller.refutation(self._refutations.of(self._vocabulary.pattern(literal)))
-        reason = replace(reason, literal=str(literal))
-        reasons = [*reason.reasons, *self._left_out(literal)]
-        opposite = self._proof(literal.complement)
-        words = reason.words
-        if opposite is not None:
-            reasons.insert(0, teller.proof(opposite))
-        elif self._vocabulary.is_estimated(literal):
-            words = f"nor does {literal.complement}: it is undecided"
-        return replace(reason, words=words, reasons=tuple(reasons))
-
-    def _left_out(self, literal: Literal) -> Iterator[Reason]:
-        """The axioms that might conclude a literal but are switched off."""
-        for axiom in statements_about_states(self._domain):
-            head = axiom.head
-            about = (head.positive, head.atom.name) == (literal.positive, literal.atom.name)
-            if about and axiom.id in self._withheld:
-                says = f"{axiom.words or axiom} It is withheld."
-                yield Reason(str(literal), Role.ATTEMPT, axiom.id, says)
 
     def _renamed(self) -> Iterator[tuple[str, str]]:
         for constant in self._names.constants:
             name = self._names.name(constant)
             if name != str(constant):
                 yield str(constant), name
-
-
-def _solved(facts: SceneFacts, asked: Selection, source: str, time_limit_s: float) -> _Solved:
-    statements = asked.complete if facts.is_complete(asked) else asked.open
-    found = _first(statements, facts.render(asked), source)
-    if found is not None and not cyclic_pairs(_supports(found.answer)):
-        return found
-    retraction = retract(facts, asked, source, time_limit_s)
-    if retraction.outcome is Outcome.FOUND:
-        text = facts.render(asked, retractable=True)
-        text += "".join(f"retracted({index})." for index in sorted(retraction.chosen))
-        restored = _first(asked.open, text, source)
-        if restored is not None:
-            perceived = facts.perceived(asked.used)
-            withdrawn = tuple(perceived[index] for index in sorted(retraction.chosen))
-            return replace(restored, withdrawn=withdrawn)
-    raise ReasoningError(
-        "the scene is inconsistent, whatever of it is withdrawn: nothing holds, so there is "
-        "nothing to explain; its beliefs say what contradicts each other"
-    )
-
-
-def _first(statements: tuple[Statement, ...], text: str, source: str) -> _Solved | None:
-    found: list[frozenset[clingo.Symbol]] = []
-    with Messages(source) as messages:
-        control = clingo.Control(QUIET, logger=messages.take)
-        add(statements, control)
-        control.add("base", [], text)
-        control.ground()
-        control.solve(on_model=lambda model: found.append(frozenset(model.symbols(atoms=True))))
-    return _Solved(statements, text, control, found[-1]) if found else None
-
-
-def _supports(answer: Collection[clingo.Symbol]) -> list[tuple[str, str]]:
-    pairs = (each.arguments for each in answer if each.match("on", 2) or each.match("in", 2))
-    return [(str(upper), str(lower)) for upper, lower in pairs]
 
 
 def _constants(description: SystemDescription) -> set[str]:

@@ -15,7 +15,7 @@ import clingo
 from ros_scenesense.reasoning.explanation.proof import Proof, Proofs
 from ros_scenesense.reasoning.explanation.reason import Reason, Role
 from ros_scenesense.reasoning.explanation.refutation import Attempt, Refutation
-from ros_scenesense.reasoning.explanation.support import GroundLiteral, Sign
+from ros_scenesense.reasoning.explanation.support import GroundLiteral, Instance, Sign
 
 
 class Vocabulary(Protocol):
@@ -34,6 +34,9 @@ class Vocabulary(Protocol):
 
     def known(self, atom: clingo.Symbol) -> Reason | None:
         """What is known of a literal that is a fact of the scene, not concluded."""
+
+    def condition(self, rule: int, words: str) -> str | None:
+        """A comparison in a rule, that is true; None if it means nothing to people."""
 
     def absent(self, atom: clingo.Symbol) -> str:
         """Why a literal under `not` may be taken not to hold, in words."""
@@ -61,7 +64,7 @@ class Teller:
     def proof(self, proof: Proof) -> Reason:
         """Why a literal holds."""
         words = self._literal(proof.atom)
-        if proof.by is None:
+        if proof.by is None or self._is_fact(proof.by):
             return self._vocabulary.known(proof.atom) or Reason(words, Role.KNOWN)
         inner = self._only_same(proof, words)
         if inner is not None:
@@ -86,6 +89,10 @@ class Teller:
     def _literal(self, atom: clingo.Symbol) -> str:
         return self._vocabulary.literal(atom) or str(atom)
 
+    def _is_fact(self, instance: Instance) -> bool:
+        """Whether a rule is a fact that no axiom says."""
+        return not instance.body and self._vocabulary.axiom(instance.rule)[0] is None
+
     def _only_same(self, proof: Proof, words: str) -> Proof | None:
         """The one premise of a technical rule that says the same as its head."""
         assert proof.by is not None
@@ -96,16 +103,19 @@ class Teller:
         return premise if same else None  # type: ignore[return-value]
 
     def _premises(self, proof: Proof) -> Iterator[Reason]:
+        assert proof.by is not None
         for premise in proof.premises:
             if isinstance(premise, Proof):
                 if self._vocabulary.literal(premise.atom) is not None:
                     yield self.proof(premise)
             else:
-                yield from self._satisfied(premise)
+                yield from self._satisfied(premise, proof.by.rule)
 
-    def _satisfied(self, literal: GroundLiteral) -> Iterator[Reason]:
+    def _satisfied(self, literal: GroundLiteral, rule: int) -> Iterator[Reason]:
         if literal.atom is None:
-            yield Reason(literal.words, Role.CONDITION)
+            condition = self._vocabulary.condition(rule, literal.words)
+            if condition is not None:
+                yield Reason(condition, Role.CONDITION)
             return
         fails = literal.sign is Sign.FAILS
         words = self._vocabulary.literal(literal.atom, fails)
@@ -137,7 +147,7 @@ class Teller:
 
     def _attempt(self, attempt: Attempt) -> Iterator[Reason]:
         for literal in attempt.holds:
-            for reason in self._satisfied(literal):
+            for reason in self._satisfied(literal, attempt.rule):
                 # That it holds is enough here; why it holds would hide what fails.
                 yield Reason(reason.literal, Role.HOLDS)
         fails = attempt.fails

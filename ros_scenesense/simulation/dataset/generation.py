@@ -23,6 +23,7 @@ from ros_scenesense.simulation.dataset.folder import DatasetFolder, MadeScene
 from ros_scenesense.simulation.dataset.metadata import Metadata
 from ros_scenesense.simulation.dataset.plan import wish_for
 from ros_scenesense.simulation.dataset.record import record_of
+from ros_scenesense.simulation.dataset.workers import parts_of, run_by_workers
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
 from ros_scenesense.simulation.object_sources import objects_fingerprint
 
@@ -144,9 +145,10 @@ def _made(
             for index in indices:
                 yield make_scene(engine, metadata, index)
         return
-    share = jobs * _SCENES_PER_WORKER
-    for first in range(0, len(indices), share):
-        yield from _made_by_workers(metadata, indices[first : first + share], jobs)
+    for share in parts_of(indices, jobs * _SCENES_PER_WORKER):
+        parts = parts_of(share, _SCENES_PER_JOB, jobs)
+        for part in run_by_workers(partial(make_scenes, metadata), parts, jobs):
+            yield from part
 
 
 def _made_on_cluster(
@@ -154,32 +156,9 @@ def _made_on_cluster(
 ) -> Iterator[MadeScene]:
     from ros_scenesense.simulation.dataset.cluster import run_on_cluster
 
-    parts = _parts(indices, _SCENES_PER_JOB)
+    parts = parts_of(indices, _SCENES_PER_JOB)
     for part in run_on_cluster(address, partial(make_scenes, metadata), parts, metadata.versions):
         yield from part
-
-
-def _made_by_workers(metadata: Metadata, indices: Sequence[int], jobs: int) -> Iterator[MadeScene]:
-    from joblib import Parallel, delayed
-    from joblib.externals.loky import get_reusable_executor
-    from joblib.externals.loky.process_executor import BrokenProcessPool
-
-    parts = _parts(indices, min(_SCENES_PER_JOB, -(-len(indices) // jobs)))
-    parallel = Parallel(n_jobs=jobs, return_as="generator", pre_dispatch="2*n_jobs", batch_size=1)
-    try:
-        for part in parallel(delayed(make_scenes)(metadata, part) for part in parts):
-            yield from part
-    except BrokenProcessPool as error:
-        raise DatasetError(
-            "a worker process died, perhaps for want of memory; the finished scenes are kept: run "
-            "the same command again, or with fewer --jobs"
-        ) from error
-    finally:
-        get_reusable_executor().shutdown(wait=True, kill_workers=True)
-
-
-def _parts(indices: Sequence[int], size: int) -> list[Sequence[int]]:
-    return [indices[first : first + size] for first in range(0, len(indices), size)]
 
 
 def _prepare(folder: DatasetFolder, metadata: Metadata) -> dict[int, tuple[bytes, bytes]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 
 import msgspec
@@ -21,10 +22,15 @@ from ros_scenesense.simulation.dataset.folder import DatasetFolder, MadeScene
 from ros_scenesense.simulation.dataset.generation import Report, write_missing
 from ros_scenesense.simulation.dataset.metadata import Metadata, installed_versions
 from ros_scenesense.simulation.dataset.reader import DatasetReader
+from ros_scenesense.simulation.dataset.workers import parts_of, run_by_workers
 
 
 def rebackground(
-    source: Path, path: Path, backgrounds: int, report: Report = lambda _done, _count: None
+    source: Path,
+    path: Path,
+    backgrounds: int,
+    jobs: int = 1,
+    report: Report = lambda _done, _count: None,
 ) -> int:
     """Makes the scenes that are missing or broken in a dataset that differs in backgrounds.
 
@@ -33,6 +39,7 @@ def rebackground(
             the light on the table is only as exact as its pixels.
         path: Folder of the new dataset: new, empty, or one of the same source and backgrounds.
         backgrounds: How many there are; every scene draws one. 0 = plain.
+        jobs: Number of worker processes; 1 works in this process.
         report: Told of the progress.
 
     Returns:
@@ -49,8 +56,12 @@ def rebackground(
     metadata = _described(reader.metadata, backgrounds)
 
     def make(indices: Sequence[int]) -> Iterator[MadeScene]:
-        folder = DatasetFolder(source)
-        return (_made(reader, folder, metadata, index) for index in indices)
+        if jobs == 1:
+            yield from _made(reader, source, metadata, indices)
+            return
+        work = partial(_made_by_worker, source, metadata)
+        for part in run_by_workers(work, parts_of(indices, _SCENES_PER_JOB, jobs), jobs):
+            yield from part
 
     return write_missing(path, metadata, make, report)
 
@@ -72,16 +83,30 @@ def _described(source: Metadata, backgrounds: int) -> Metadata:
 _COMPOSING = ("ros_scenesense", "numpy", "opencv")
 
 
+_SCENES_PER_JOB = 20
+
+
+def _made_by_worker(source: Path, metadata: Metadata, indices: Sequence[int]) -> list[MadeScene]:
+    return list(_made(_reader_of_worker(source), source, metadata, indices))
+
+
+@lru_cache(maxsize=1)
+def _reader_of_worker(source: Path) -> DatasetReader:
+    return DatasetReader(source)
+
+
 def _made(
-    reader: DatasetReader, folder: DatasetFolder, metadata: Metadata, index: int
-) -> MadeScene:
-    scene, record = reader[index], reader.record(index)
-    number = _draw(metadata, index)
-    color = recomposite(scene.frame, number, record.background)
-    files = {kind: folder.read_image(kind, index) for kind in images.KINDS}
-    files["color"] = images.encode(replace(scene.frame, color=color))["color"]
-    line = msgspec.json.encode(msgspec.structs.replace(record, background=number))
-    return MadeScene(index, line, files)
+    reader: DatasetReader, source: Path, metadata: Metadata, indices: Sequence[int]
+) -> Iterator[MadeScene]:
+    folder = DatasetFolder(source)
+    for index in indices:
+        scene, record = reader[index], reader.record(index)
+        number = _draw(metadata, index)
+        color = recomposite(scene.frame, number, record.background)
+        files = {kind: folder.read_image(kind, index) for kind in images.KINDS}
+        files["color"] = images.encode(replace(scene.frame, color=color))["color"]
+        line = msgspec.json.encode(msgspec.structs.replace(record, background=number))
+        yield MadeScene(index, line, files)
 
 
 def _draw(metadata: Metadata, index: int) -> int:

@@ -73,8 +73,8 @@ def labelled_regions(
 def possible_groups(scene: SceneRecord | SimulatedScene) -> list[tuple[Task, Group]]:
     """The groups that the tasks of the paper ask about, whatever an estimator knows already.
 
-    For stability every stack; for occlusion every object that is clearly behind others, as the
-    viewer sees it, together with these.
+    For stability every stack; for occlusion every object that is behind others, as the viewer
+    sees it, together with these. Ambiguous relations count, as everywhere where axioms are judged.
     """
     stacks: list[tuple[Task, Group]] = [
         (Task.STABILITY, tuple(label.members))
@@ -86,8 +86,7 @@ def possible_groups(scene: SceneRecord | SimulatedScene) -> list[tuple[Task, Gro
         pair = relation.object, relation.reference
         if relation.position is Position.FRONT:
             pair = pair[1], pair[0]
-        in_line = relation.position in (Position.FRONT, Position.BEHIND)
-        if in_line and not relation.position_ambiguous:
+        if relation.position in (Position.FRONT, Position.BEHIND):
             nearer.setdefault(pair[0], set()).add(pair[1])
     behind = [
         (Task.OCCLUSION, tuple(sorted({name, *others}))) for name, others in sorted(nearer.items())

@@ -1,0 +1,1 @@
+"""Learns axioms from labelled examples, and forgets them (paper, *Decision Tree Induction ...*)."""
