@@ -223,6 +223,7 @@ class Text:
         rules: In order; facts of a range of numbers among them.
         display: What answers show; None if there is no such section.
         largest: The largest number, `#maxint`.
+        constants: The values of constants.
         names: All identifiers that occur, and those of statements that could not be read.
         unread: Names in statements that could not be read; nothing is to be said about them.
     """
@@ -232,6 +233,7 @@ class Text:
     rules: tuple[Rule | Facts, ...]
     display: tuple[Atomic, ...] | None
     largest: int
+    constants: dict[str, int]
     names: frozenset[str]
     unread: frozenset[str]
 

@@ -117,17 +117,19 @@ def read(text: str, source: str, given: dict[str, int], problems: Problems) -> T
         tuple(made["rules"]),
         tuple(made["display"]) if "display" in found.sections else None,
         found.largest,
+        found.constants,
         frozenset(found.names),
         frozenset(found.unread),
     )
 
 
 def read_query(text: str, constants: dict[str, int], largest: int, problems: Problems) -> Any:
-    """Reads one literal; a full stop may end it. None if it cannot be read."""
+    """Reads one literal, which a full stop may end; None if it cannot be read."""
     found = _Found(constants=constants, largest=largest)
     written = list(statements(text, "query", problems, ended=False))
     if len(written) != 1 or not written[0][0]:
-        problems.add(Place("query", 1, 1), "expected one literal, such as 'p(X)' or '-p(a)'")
+        if not problems:
+            problems.add(Place("query", 1, 1), "expected one literal, such as 'p(X)' or '-p(a)'")
         return None
     words, end = written[0]
     return _parsed(_prepared(words, "rules", found, problems), "query", end, problems)

@@ -19,7 +19,7 @@ from ros_scenesense.knowledge.sparc.statements import (
     arithmetics,
     is_anonymous,
 )
-from ros_scenesense.knowledge.terms import Record, Term, Variable, variables
+from ros_scenesense.knowledge.terms import Arithmetic, Number, Record, Term, Variable, variables
 
 
 def global_variables(rule: Rule) -> frozenset[Variable]:
@@ -137,3 +137,17 @@ def atomic_variables(element: Element) -> set[Variable]:
         ):
             found.update(variables_of(condition))
     return found
+
+
+def evaluated(term: Term) -> int | None:
+    """The number that arithmetic without variables is; None if it is none."""
+    if isinstance(term, Number):
+        return term.value
+    if not isinstance(term, Arithmetic):
+        return None
+    left, right = evaluated(term.left), evaluated(term.right)
+    if left is None or right is None:
+        return None
+    if term.operator == "/":
+        return None if right == 0 else int(left / right)
+    return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
