@@ -93,7 +93,12 @@ def test_answer_sets_are_those_of_the_definitions(program: Program) -> None:
     assume(sum(rule.form == ":+" for rule in brute.rules) <= 5)
     translation = translated(program)
     answers = AnswerSetEngine().solve(
-        Question(text=translation.text, applied=translation.applied, models=0)
+        Question(
+            text=translation.text,
+            applied=translation.applied,
+            models=0,
+            optimize=program.optimizes,
+        )
     )
     found = [frozenset(each) for each in answers.sets]
     assert len(found) == len(set(found))

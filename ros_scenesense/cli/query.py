@@ -58,7 +58,10 @@ def run(arguments: argparse.Namespace) -> int:
         name = () if asked is None else (asked.literal.atom.name,)
         translation = translated(program, show=name or tuple(program.signature.predicates))
         question = Question(
-            text=translation.text, applied=translation.applied, time_limit_s=time_limit(arguments)
+            text=translation.text,
+            applied=translation.applied,
+            optimize=program.optimizes,
+            time_limit_s=time_limit(arguments),
         )
         answers = answered(
             AnswerSetEngine, "consequences", question, memory_gib(arguments), "query"

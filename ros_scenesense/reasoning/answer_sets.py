@@ -35,6 +35,8 @@ class Question:
         restoring: Whether the program has CR rules, which its constant `restore` switches.
         applied: In a program whose CR rules are choices that it minimises: the unary predicate of
             those that are applied. They are first assumed not to be; nothing is grounded twice.
+            What else the program minimises has to be optimal, too; if that is nothing, `optimize`
+            should not be set, since then there are faster ways.
         models: How many answer sets to find; 0 for all.
         optimize: Whether only optimal answer sets are answers, if the program optimises.
         constants: Values of the program's constants, as `name=value`.
@@ -125,10 +127,11 @@ def _solve_assuming(question: Question, deadline: float) -> AnswerSets:
         instances = control.symbolic_atoms.by_signature(question.applied, 1)
         answers = _search(control, question, deadline, [(each.symbol, False) for each in instances])
         if answers.outcome is Outcome.UNSATISFIABLE:
-            # Few rules are enough, mostly: a search from below finds them without many detours.
-            solvers = control.configuration.solver
-            assert isinstance(solvers, clingo.Configuration)
-            solvers.opt_strategy = "usc"
+            if not question.optimize:
+                # Mostly few rules are enough: a search from below finds them without detours.
+                solvers = control.configuration.solver
+                assert isinstance(solvers, clingo.Configuration)
+                solvers.opt_strategy = "usc"
             answers = _search(control, question, deadline)
             if answers.outcome is not Outcome.UNSATISFIABLE:
                 answers = _with_cr(answers)

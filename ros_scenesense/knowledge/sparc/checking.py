@@ -273,6 +273,9 @@ class Checker:
 
     def _numbers(self, rule: Rule) -> None:
         """What is computed fits into 32 bits."""
+        computed = [each for term in terms_in(rule) for each in arithmetics(term)]
+        if not computed:
+            return
         intervals: dict[Variable, Interval] = {}
         for guard in demands(rule, self._signature):
             for variable, extent in _columns(guard.sort, guard.term):
@@ -280,9 +283,8 @@ class Checker:
                 if interval is not None:
                     low, high = intervals.get(variable, interval)
                     intervals[variable] = max(low, interval[0]), min(high, interval[1])
-        for term in terms_in(rule):
-            for arithmetic in arithmetics(term):
-                self._interval(arithmetic, intervals)
+        for arithmetic in computed:
+            self._interval(arithmetic, intervals)
 
     def _interval(self, term: Term, intervals: dict[Variable, Interval]) -> Interval | None:
         if isinstance(term, Number):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 
 from ros_scenesense.knowledge.literals import Belief, Comparison, Literal, Membership
 from ros_scenesense.knowledge.terms import Arithmetic, Place, Record, Term, Variable
@@ -72,7 +73,7 @@ class Form(StrEnum):
     MAXIMIZE = "#maximize"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Rule:
     """A rule, a CR rule, a weak constraint, or one element of an optimisation.
 
@@ -96,23 +97,23 @@ class Rule:
     terms: tuple[Term, ...] = ()
     place: Place = field(default=Place("made by a program", 1, 1), compare=False)
 
-    @property
+    @cached_property
     def heads(self) -> tuple[Literal, ...]:
         """The literals of the head, if it is no choice."""
         return self.head if isinstance(self.head, tuple) else ()
 
-    @property
+    @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """The body without aggregates."""
         return tuple(each for each in self.body if not isinstance(each, Aggregate))
 
-    @property
+    @cached_property
     def groups(self) -> tuple[Aggregate | Choice, ...]:
         """What has elements: the choice and the aggregates."""
         choice = (self.head,) if isinstance(self.head, Choice) else ()
         return (*choice, *(each for each in self.body if isinstance(each, Aggregate)))
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Term, ...]:
         """The terms beside aggregates and choices, weight and level."""
         found = [

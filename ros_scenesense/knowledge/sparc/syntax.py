@@ -190,10 +190,11 @@ def _directive(made: tuple[Any, Any], found: _Found, problems: Problems) -> None
 
 
 def _prepared(words: list[Word], section: str, found: _Found, problems: Problems) -> list[Word]:
-    """The words with constants replaced; checks numbers, lengths and depths."""
+    """The words with constants replaced, none if there are too many; numbers, lengths, depths."""
     largest = LARGEST_NUMBER if words[0].type == "_MAXINT" else found.largest
     prepared = words
     depth = run = 0
+    readable = True
     for index, word in enumerate(words):
         kind = word.type
         if kind == "NAME":
@@ -225,6 +226,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind in _ARITHMETIC:
             run += 1
             if run == _LONGEST_ARITHMETIC and section == "rules":
+                readable = False
                 problems.add(
                     word.place,
                     f"arithmetic has more than {_LONGEST_ARITHMETIC} operators here; expected less",
@@ -232,6 +234,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind in ("_LPAR", "_LBRACE"):
             depth += 1
             if depth == _DEEPEST:
+                readable = False
                 problems.add(word.place, f"terms are nested more than {_DEEPEST} deep here")
         elif kind in ("_RPAR", "_RBRACE"):
             depth -= 1
@@ -240,7 +243,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind == "VARIABLE" and len(word.text) > LONGEST_NAME:
             problems.add(word.place, f"this variable has more than {LONGEST_NAME} letters")
             word.text = word.text[:LONGEST_NAME]
-    return prepared
+    return prepared if readable else []
 
 
 def _mend(number: str, largest: int) -> str:
@@ -250,6 +253,8 @@ def _mend(number: str, largest: int) -> str:
 
 
 def _parsed(words: list[Word], start: str, end: Place | None, problems: Problems) -> Any:
+    if not words:
+        return None
     try:
         statement: Any = words  # lark hands it on to our own lexer
         return _parser().parse(statement, start=start)
