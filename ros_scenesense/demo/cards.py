@@ -49,7 +49,7 @@ class Cell:
         word: The value, e.g. `unstable`.
         status: Style of the badge: a `DecisionStatus`, or `network`.
         badge: Who decided it and how, in words.
-        reasoning: What reasoning alone said, in words; empty if it decided.
+        reasoning: What stood against it where the network decided, e.g. `inconsistent`; else empty.
         axioms: Ids of the axioms that reasoning used.
         why: Its short explanation; empty if there is none.
         judgement: right, wrong, or none.
@@ -188,7 +188,7 @@ def _cell(decision: Decision, visible_fraction: float | None = None) -> Cell:
     words = {True: yes, False: no, None: "—"}
     status, badge = _badge(decision)
     reasoning = ""
-    if estimate.source == "network":
+    if estimate.source == "network" and belief.status is not DecisionStatus.UNDECIDED:
         said = f"{words[belief.value]} " if belief.value is not None else ""
         reasoning = f"{said}{_STATUS_WORDS[belief.status]}"
     return Cell(
@@ -208,8 +208,7 @@ def _badge(decision: Decision) -> tuple[str, str]:
     """Style and words of who decided."""
     estimate = decision.estimate
     if estimate.source == "network":
-        surely = "" if estimate.probability is None else f" {estimate.probability:.0%}"
-        return "network", f"network{surely}"
+        return "network", f"network {_surely(estimate.probability)}".rstrip()
     status = decision.belief.status
     if estimate.source != "none":
         by_default = estimate.source == "default"
@@ -218,6 +217,13 @@ def _badge(decision: Decision) -> tuple[str, str]:
         # The estimates did not come, or know nothing of it.
         status = DecisionStatus.UNDECIDED
     return status.value, _STATUS_WORDS[status]
+
+
+def _surely(probability: float | None) -> str:
+    if probability is None:
+        return ""
+    # No network is ever certain.
+    return ">99%" if probability > 0.99 else f"{probability:.0%}"
 
 
 def _truth(decision: Decision, yes: str, no: str, visible_fraction: float | None) -> str:

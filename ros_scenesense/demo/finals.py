@@ -33,7 +33,7 @@ class FinalSummary(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         undecided: What nobody decided: source `none`.
         accuracy: Share of right ones among the final decisions that can be judged.
         decided_share: Share that was decided by anybody.
-        reasoning_accuracy, reasoning_decided_share: The same of reasoning alone, strict and default.
+        reasoning_accuracy, reasoning_decided_share: The same of reasoning alone.
     """
 
     by_source: dict[str, SourceSummary]
@@ -60,7 +60,7 @@ class FinalSummary(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 def summarise_finals(decisions: Iterable[Decision]) -> dict[str, FinalSummary]:
-    """Counts the final decisions per subject; every subject is present, with zeros if need be."""
+    """Counts the final decisions per subject; every subject is present."""
     grouped = by_subject(decisions).items()
     return {subject.value: summarise_final(found) for subject, found in grouped}
 

@@ -14,8 +14,8 @@ from typing import Any
 import jinja2
 
 from ros_scenesense.demo.cards import make_card
-from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.finals import DECIDERS, summarise_final
+from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.record import MAX_FRAMES, Decision, RunRecord, Subject
 from ros_scenesense.demo.summary import Latency, Summary, summarise_task
 from ros_scenesense.results import write_atomically

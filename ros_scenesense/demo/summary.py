@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from ros_scenesense.demo.finals import FinalSummary, by_subject, share, summarise_finals
-from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord, Subject
+from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord
 from ros_scenesense.messages.reasoning import Knowledge
 from ros_scenesense.nodes.registry import NODES
 from ros_scenesense.provenance import machine, versions
@@ -183,7 +183,7 @@ def graph_order(name: str) -> tuple[int, str]:
 
 
 def summarise_tasks(decisions: Iterable[Decision]) -> dict[str, TaskSummary]:
-    """Counts what reasoning decided, per subject; every subject is present, with zeros if need be."""
+    """Counts what reasoning decided, per subject; every subject is present."""
     grouped = by_subject(decisions).items()
     return {subject.value: summarise_task(found) for subject, found in grouped}
 

@@ -29,7 +29,7 @@ _SAID = {"reasoning": "strict", "default": "by default", "network": "by the netw
 
 def scenes_table(scenes: Sequence[SceneRecord]) -> Table:
     """One row per scene: who decided each task in the end, and whether physics agrees."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
     table.add_column("\nscene", justify="right")
     table.add_column("\nobjects", justify="right")
     for task in ("Stable?", "Occluded?"):
@@ -43,11 +43,11 @@ def scenes_table(scenes: Sequence[SceneRecord]) -> Table:
 
 def totals_table(finals: dict[str, FinalSummary]) -> Table:
     """Who decided in a run, one row per task, beside what reasoning alone decided."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
     table.add_column("\nwho decided", min_width=19)
     for title, width in _COLUMNS:
         table.add_column(f"\n{title}", min_width=width)
-    for whose in ("in the end", "reasoning"):
+    for whose in ("finally", "reasoning"):
         table.add_column(f"{whose}\ndecided", justify="right")
         table.add_column("\nright", justify="right")
     for subject, title in TITLES.items():
