@@ -13,7 +13,9 @@ GROUND = ["__init__", "errors", "geometry", "messages", "parameters", "resources
 FLOORS = {
     **dict.fromkeys(GROUND, 0),
     "knowledge": 1,
-    **dict.fromkeys(["simulation", "perception", "grounding", "reasoning", "learning"], 2),
+    **dict.fromkeys(
+        ["simulation", "perception", "grounding", "reasoning", "attention", "learning"], 2
+    ),
     **dict.fromkeys(["stages", "pipeline"], 3),
 }
 TOP = 4
