@@ -58,6 +58,7 @@ def test_scenes_go_through_the_real_graph(tmp_path):
         "grounding",
         "grounding_control",
         "reasoner",
+        "axiom_learner",
     }
     assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3

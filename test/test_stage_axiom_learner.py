@@ -7,6 +7,7 @@ import msgspec
 import pytest
 from learning_samples import DOMAIN, RELEVANT, examples, scenes
 
+from ros_scenesense.cli.main import main
 from ros_scenesense.messages.grounding import Relations
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, Axioms, JobProgress
 from ros_scenesense.messages.reasoning import Knowledge, Verdicts
@@ -253,3 +254,30 @@ def test_an_axiom_that_is_not_reinforced_is_forgotten_but_a_pinned_one_is_not():
         "forgotten",
     ]
     store.close()
+
+
+def test_the_command_line_reads_and_changes_the_state_file(learned, tmp_path, capsys):
+    _, folder = learned
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+
+    def command(*words):
+        code = main(["axioms", *words, "--state", str(tmp_path)])
+        return code, capsys.readouterr()
+
+    code, said = command("list")
+    assert code == 0
+    assert O1 in said.out
+    assert "2 cycles" in said.out
+    (name,) = [line.split()[0] for line in said.out.splitlines() if O1 in line]
+    assert f"{name}: {O1}" in command("show", name)[1].out
+    assert "learned again" in command("history", name)[1].out
+    assert command("pin", name, "--offline")[0] == 0
+    assert "pinned" in command("list")[1].out
+    assert command("veto", name, "--offline")[0] == 0
+    assert O1 not in command("list")[1].out
+    assert O1 in command("list", "--all")[1].out
+    assert command("pin", "nobody", "--offline")[0] == 3
+    code, said = command("show", "nobody")
+    assert (code, "nobody" in said.err) == (2, True)
+    assert main(["axioms", "list", "--state", str(tmp_path / "empty")]) == 1

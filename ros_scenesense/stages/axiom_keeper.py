@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
+from pathlib import Path
 
 from ros_scenesense.learning.strength import FORGOTTEN_BELOW, Strength
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.learning import AxiomRequest, Axioms, LearnedAxiom
+from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import (
     Changes,
     Event,
     LearnerStore,
     Outcome,
     StoredAxiom,
+    look_into,
 )
 from ros_scenesense.stages.learning_engine import LearningReport
 
 _LONGEST_WORDS = 1000
+_ALL_SCENES = 2**31
 
 
 def changes_of_cycle(
@@ -103,6 +107,22 @@ def answer_to(request: AxiomRequest, store: LearnerStore) -> tuple[Outcome, str,
     strength = new.strength.value if new.state == "active" else 0.0
     event = Event(cycle, name, _DONE[request.request], strength, "a person said so")
     return "done", words, Changes((new,), (event,))
+
+
+def apply_request(path: Path, request: AxiomRequest) -> tuple[Outcome, str]:
+    """Does in a learner.db what a person asks, where no node runs that would do it.
+
+    Raises:
+        StateError: If there is none, or it cannot be used.
+    """
+    look_into(path)
+    store = LearnerStore(path, Health(), _ALL_SCENES)
+    try:
+        outcome, reason, changes = answer_to(request, store)
+        store.finish_request(request.id, outcome, reason, changes)
+    finally:
+        store.close()
+    return outcome, reason
 
 
 def message_of(store: LearnerStore, now_ns: int) -> Axioms:

@@ -18,7 +18,7 @@ import msgspec
 from ros_scenesense.learning.examples import Example, Fact, Reason, SceneState
 from ros_scenesense.learning.strength import Strength
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.state_file import open_state_file
+from ros_scenesense.stages.state_file import open_state_file, read_state_file
 
 VERSION = 1
 _SCHEMA = """
@@ -120,6 +120,17 @@ class Changes:
     restored: Sequence[str] = ()
 
 
+@dataclass(frozen=True)
+class LearnerContents:
+    """What a learner.db holds of axioms."""
+
+    cycle: int
+    scenes: int
+    axioms: tuple[StoredAxiom, ...]
+    history: tuple[Event, ...]
+    refuted: dict[str, str]
+
+
 class LearnerStore:
     """The memory of the axiom learner.
 
@@ -209,24 +220,16 @@ class LearnerStore:
 
     def axioms(self, *states: AxiomState) -> list[StoredAxiom]:
         """The axioms in these states, oldest first; of all states if none is named."""
-        rows = self._connection.execute(
-            "SELECT id, text, kind, state, decay, idle, support, purity, born, pinned, used "
-            "FROM axiom ORDER BY born, rowid"
-        )
-        return [each for each in map(_axiom, rows) if not states or each.state in states]
+        found = _axioms(self._connection)
+        return [each for each in found if not states or each.state in states]
 
     def history(self, axiom: str | None = None) -> Iterator[Event]:
         """What became of an axiom, or of all, in order."""
-        for row in self._connection.execute(
-            "SELECT cycle, axiom, what, strength, words FROM event WHERE ? IS NULL OR axiom = ? "
-            "ORDER BY number",
-            (axiom, axiom),
-        ):
-            yield Event(*row)
+        return (each for each in _history(self._connection) if axiom in (None, each.axiom))
 
     def refuted(self) -> dict[str, str]:
         """Given axioms that are out of force, each with why."""
-        return dict(self._connection.execute("SELECT axiom, words FROM refuted ORDER BY axiom"))
+        return _refuted(self._connection)
 
     @property
     def cycle(self) -> int:
@@ -299,6 +302,41 @@ class LearnerStore:
             "DELETE FROM refuted WHERE axiom = ?", ((name,) for name in changes.restored)
         )
         self._connection.execute("UPDATE progress SET revision = revision + 1")
+
+
+def look_into(path: Path) -> LearnerContents:
+    """Reads a learner.db, also one that a node is writing.
+
+    Raises:
+        StateError: If there is none, or it cannot be read.
+    """
+    with read_state_file(path, VERSION) as connection:
+        return LearnerContents(
+            cycle=connection.execute("SELECT cycle FROM progress").fetchone()[0],
+            scenes=connection.execute("SELECT count(*) FROM scene").fetchone()[0],
+            axioms=tuple(_axioms(connection)),
+            history=tuple(_history(connection)),
+            refuted=_refuted(connection),
+        )
+
+
+def _axioms(connection: sqlite3.Connection) -> list[StoredAxiom]:
+    rows = connection.execute(
+        "SELECT id, text, kind, state, decay, idle, support, purity, born, pinned, used "
+        "FROM axiom ORDER BY born, rowid"
+    )
+    return list(map(_axiom, rows))
+
+
+def _history(connection: sqlite3.Connection) -> Iterator[Event]:
+    for row in connection.execute(
+        "SELECT cycle, axiom, what, strength, words FROM event ORDER BY number"
+    ):
+        yield Event(*row)
+
+
+def _refuted(connection: sqlite3.Connection) -> dict[str, str]:
+    return dict(connection.execute("SELECT axiom, words FROM refuted ORDER BY axiom"))
 
 
 def _state(text: str) -> SceneState:
