@@ -88,7 +88,7 @@ def test_interrupt_stops_the_graph_and_writes_what_was_seen(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert summary.outcome == "interrupted"
     assert summary.scenes >= 1
-    assert len(pids) == 4
+    assert len(pids) == 5
     assert not any(is_alive(pid) for pid in pids)
 
 
