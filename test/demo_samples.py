@@ -152,7 +152,13 @@ def lost(number: int, reason="no estimate came") -> SceneLost:
 
 def knowledge(text="stable(A) if not above(A, B)") -> Knowledge:
     axioms = [
-        KnownAxiom(id=id, text=text, kind="default" if id == "s3" else "normal", origin="given")
+        KnownAxiom(
+            id=id,
+            text=text,
+            statement="stable(A) if not above(A, B).",
+            kind="default" if id == "s3" else "normal",
+            origin="given",
+        )
         for id in ("s1", "s2", "s3")
     ]
     return Knowledge(stamp=Stamp.of(1), revision="k", axioms=axioms)

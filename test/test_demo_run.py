@@ -18,6 +18,7 @@ from ros_scenesense.demo import run as run_module
 from ros_scenesense.demo.run import Demo, DemoOptions, show_result
 from ros_scenesense.demo.summary import read_summary
 from ros_scenesense.errors import LaunchError, ParameterError
+from ros_scenesense.nodes.registry import NODES
 
 TIMEOUT_S = 90
 
@@ -53,13 +54,7 @@ def test_scenes_go_through_the_real_graph(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert (summary.outcome, summary.scenes, summary.lost) == ("complete", 3, 0)
     assert summary.error is None
-    assert set(summary.nodes) == {
-        "simulated_camera",
-        "grounding",
-        "grounding_control",
-        "reasoner",
-        "axiom_learner",
-    }
+    assert set(summary.nodes) == set(NODES)
     assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3
     assert summary.tasks["stability"].wrong == 0
@@ -88,7 +83,7 @@ def test_interrupt_stops_the_graph_and_writes_what_was_seen(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert summary.outcome == "interrupted"
     assert summary.scenes >= 1
-    assert len(pids) == 5
+    assert len(pids) == len(NODES)
     assert not any(is_alive(pid) for pid in pids)
 
 

@@ -58,6 +58,11 @@ _ALL = [
         "decides stability and occlusion with an answer-set program",
     ),
     NodeEntry(
+        "attention",
+        "ros_scenesense.nodes.configurations:AttentionNodeConfiguration",
+        "looks where reasoning is undecided, and makes the final decisions",
+    ),
+    NodeEntry(
         "axiom_learner",
         "ros_scenesense.stages.axiom_learner:AxiomLearnerConfiguration",
         "learns axioms from labelled scenes, strengthens and forgets them",
