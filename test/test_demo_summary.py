@@ -118,6 +118,7 @@ def test_figures_of_the_final_decisions():
     assert occlusion.by_source["network"].right == 2
     assert (occlusion.undecided, occlusion.decided_share, occlusion.accuracy) == (2, 0.5, 1.0)
     assert (occlusion.reasoning_decided_share, occlusion.reasoning_accuracy) == (0.0, None)
+    assert (occlusion.right_share, occlusion.reasoning_right_share) == (0.5, 0.0)
     stack = summary.finals["stack_stability"]
     assert stack.by_source["default"].wrong == stack.total == 2
 

@@ -80,7 +80,7 @@ def test_tables_tell_right_from_wrong_without_colours():
     summary = summarise(record, samples.INFO, RunEnd("complete"))
     totals = rendered(totals_table(summary.finals)).splitlines()
     stable = "object is stable 2✓ 2✗ · · 100.0 % 50.0 % 100.0 % 50.0 %"
-    occluded = "object is occluded · · 2✓ 2 50.0 % 100.0 % 0.0 % -"
+    occluded = "object is occluded · · 2✓ 2 50.0 % 50.0 % 0.0 % 0.0 %"
     assert [" ".join(line.split()) for line in totals[3:5]] == [stable, occluded]
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import msgspec
 
 from ros_scenesense.demo.record import Decision, Subject
+from ros_scenesense.scene import Truth
 
 DECIDERS = ("reasoning", "default", "network")
 """The sources that decide; what none of them decides has the source `none`."""
@@ -33,15 +34,19 @@ class FinalSummary(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         undecided: What nobody decided: source `none`.
         accuracy: Share of right ones among the final decisions that can be judged.
         decided_share: Share that was decided by anybody.
-        reasoning_accuracy, reasoning_decided_share: The same of reasoning alone.
+        right_share: Share of right ones among all that has a clear label, decided or not.
+        reasoning_accuracy, reasoning_decided_share, reasoning_right_share: The same of reasoning
+            alone.
     """
 
     by_source: dict[str, SourceSummary]
     undecided: int
     accuracy: float | None
     decided_share: float | None
+    right_share: float | None
     reasoning_accuracy: float | None
     reasoning_decided_share: float | None
+    reasoning_right_share: float | None
 
     @property
     def total(self) -> int:
@@ -81,14 +86,17 @@ def summarise_final(decisions: Sequence[Decision]) -> FinalSummary:
     }
     final = [each.final_right for each in decisions if each.final_right is not None]
     reasoned = [each.right for each in decisions if each.right is not None]
+    clear = sum(each.label in (Truth.TRUE, Truth.FALSE) for each in decisions)
     decided = sum(source.total for source in by_source.values())
     return FinalSummary(
         by_source=by_source,
         undecided=len(decisions) - decided,
         accuracy=share(sum(final), len(final)),
         decided_share=share(decided, len(decisions)),
+        right_share=share(sum(final), clear),
         reasoning_accuracy=share(sum(reasoned), len(reasoned)),
         reasoning_decided_share=share(sum(each.decided for each in decisions), len(decisions)),
+        reasoning_right_share=share(sum(reasoned), clear),
     )
 
 

@@ -21,7 +21,8 @@ TITLES = {
 }
 _LEGEND = (
     "✓ physics agrees   ✗ it disagrees   ? it cannot tell   open: nobody decided\n"
-    "strict: follows without exception   default: normally so   network: where axioms do not decide"
+    "strict: follows without exception   default: normally so   network: where axioms say nothing\n"
+    "right: of all whose truth is clear, decided or not"
 )
 _COLUMNS = (("strict", 6), ("default", 7), ("network", 7), ("open", 4))
 _SAID = {"reasoning": "strict", "default": "by default", "network": "by the network"}
@@ -56,9 +57,9 @@ def totals_table(finals: dict[str, FinalSummary]) -> Table:
             title,
             *_who_decided(final),
             _percent(final.decided_share),
-            _percent(final.accuracy),
+            _percent(final.right_share),
             _percent(final.reasoning_decided_share),
-            _percent(final.reasoning_accuracy),
+            _percent(final.reasoning_right_share),
         )
     return table
 
