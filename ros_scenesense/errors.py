@@ -52,5 +52,9 @@ class ConversationError(SceneSenseError):
     """No node of a running graph listened or answered; the text says how to start one."""
 
 
+class NetworkError(SceneSenseError):
+    """A network cannot be trained, saved or read; the text says why, and what stays in use."""
+
+
 class LearningError(SceneSenseError):
     """There is nothing to learn from, or what there is cannot be learned from."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.scene import Frame
-from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Stage
+from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Segmentation, Stage
 from ros_scenesense.stages.worker import InlineRunner
 
 
@@ -47,7 +47,7 @@ class Pipeline:
                 origin, item = self._published.popleft()
                 if origin is not None:
                     yield item
-                if isinstance(item, AnyMessage | Frame):
+                if isinstance(item, AnyMessage | Frame | Segmentation):
                     for stage in self.stages:
                         if stage is not origin:
                             self._publish(stage, stage.handle(item, self._clock()))

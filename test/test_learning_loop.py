@@ -13,6 +13,7 @@ from ros_scenesense.messages.reasoning import Beliefs
 from ros_scenesense.parameters import build
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.scene import NamingFrame, Position
+from ros_scenesense.stages.attention import AttentionConfiguration, AttentionStage
 from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingStage
 from ros_scenesense.stages.grounding_control import (
     GroundingControlConfiguration,
@@ -136,6 +137,7 @@ def test_decisions_do_not_depend_on_whose_left_and_right_it_is():
                 GroundingStage(build(GroundingConfiguration, {"naming_frame": naming_frame})),
                 GroundingControlStage(GroundingControlConfiguration()),
                 ReasonerStage(ReasonerConfiguration()),
+                AttentionStage(AttentionConfiguration(network="none")),
             ]
         )
         published = list(pipeline.run())

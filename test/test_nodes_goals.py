@@ -6,6 +6,7 @@ import sys
 
 from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
 from ros_scenesense.messages.scenes import Labels, Scene
+from ros_scenesense.nodes.attention import AttentionNode
 from ros_scenesense.nodes.grounding import GroundingNode
 from ros_scenesense.nodes.grounding_control import GroundingControlNode
 from ros_scenesense.nodes.reasoner import ReasonerNode
@@ -19,6 +20,7 @@ class Graph:
     def __init__(self, room, reasoner=None, **camera):
         self.room = room
         self.reasoner = room.add(ReasonerNode, **(reasoner or {}))
+        room.add(AttentionNode, network="none")
         room.add(GroundingControlNode)
         room.add(GroundingNode, image_timeout_s=0.5)
         self.probe = room.probe()

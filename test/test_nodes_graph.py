@@ -11,9 +11,10 @@ from visualization_msgs.msg import MarkerArray
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Groundings, Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
-from ros_scenesense.messages.reasoning import Explanation, Knowledge, Query, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Explanation, Knowledge, Query, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.messages.topics import TOPICS, QosClass
+from ros_scenesense.nodes.attention import AttentionNode
 from ros_scenesense.nodes.conversions import image_message, instances_of, stamp_of
 from ros_scenesense.nodes.frames import TOPIC_OF_PART
 from ros_scenesense.nodes.grounding import GroundingNode
@@ -42,13 +43,20 @@ class Graph:
     def __init__(self, room):
         self.room = room
         # Built from the end of the graph on, so that the camera finds its audience.
+        self.attention = room.add(AttentionNode, network="none")
         self.reasoner = room.add(ReasonerNode)
         self.control = room.add(GroundingControlNode)
         self.grounding = room.add(GroundingNode, image_timeout_s=0.3)
         self.camera = room.add(SimulatedCameraNode, autostart=False, arrangement="towers")
         self.nodes = {
             node.get_name(): node
-            for node in (self.reasoner, self.control, self.grounding, self.camera)
+            for node in (
+                self.attention,
+                self.reasoner,
+                self.control,
+                self.grounding,
+                self.camera,
+            )
         }
         self.probe = room.probe()
         self.estimates = self.probe.collect(Estimates)
@@ -149,6 +157,8 @@ JSON_INPUTS = [
     ("reasoner", Relations),
     ("reasoner", Objects),
     ("reasoner", Labels),
+    ("attention", Beliefs),
+    ("attention", Verdicts),
 ]
 
 

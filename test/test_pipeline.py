@@ -11,6 +11,7 @@ from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.parameters import build
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.scene import DecisionStatus
+from ros_scenesense.stages.attention import AttentionConfiguration, AttentionStage
 from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingStage
 from ros_scenesense.stages.grounding_control import (
     GroundingControlConfiguration,
@@ -33,6 +34,7 @@ def run(**camera) -> list:
             GroundingStage(GroundingConfiguration()),
             GroundingControlStage(GroundingControlConfiguration()),
             ReasonerStage(ReasonerConfiguration()),
+            AttentionStage(AttentionConfiguration(network="none")),
         ],
         clock,
     )

@@ -10,7 +10,6 @@ import pytest
 from ros_scenesense.errors import ParameterError, ReasoningError
 from ros_scenesense.geometry import Box, Pose
 from ros_scenesense.knowledge.classification import ClassificationRule
-from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.base import AnyMessage, Stamp
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.grounding import (
@@ -205,30 +204,6 @@ def test_a_scene_is_decided_once_all_its_parts_have_come(order: tuple[int, ...])
     assert list(reasoner.health.take_problems()) == []
 
 
-def test_decisions_are_forwarded_as_estimates() -> None:
-    outgoing = feed(stage(withheld="o1"), *TOWER)
-    beliefs, estimates = one(outgoing, Beliefs), one(outgoing, Estimates)
-    assert estimates.stamp == STAMP
-    assert estimates.scene_id == "s-1"
-    assert estimates.knowledge_revision == beliefs.knowledge_revision
-    assert estimates.network_revision is None
-    found = {
-        each.name: [
-            (value.value, value.source, value.probability) for value in (each.stable, each.occluded)
-        ]
-        for each in estimates.objects
-    }
-    assert found == {
-        "duck": [(True, "reasoning", None), (None, "none", None)],
-        "cube": [(False, "reasoning", None), (None, "none", None)],
-        "can": [(True, "reasoning", None), (True, "default", None)],
-    }
-    assert [(each.members, each.stable.value) for each in estimates.structures] == [
-        (["can"], True),
-        (["cube", "duck"], False),
-    ]
-
-
 @pytest.mark.parametrize("labels_first", [True, False])
 def test_beliefs_are_held_against_labels_in_either_order(labels_first: bool) -> None:
     reasoner = stage()
@@ -288,7 +263,6 @@ def test_parameters_have_ranges(name: str, value: float) -> None:
 def test_a_scene_without_objects_is_settled_too() -> None:
     outgoing = feed(stage(), scene(), objects(), relations(), labels({}))
     assert one(outgoing, Beliefs).objects == []
-    assert one(outgoing, Estimates).objects == []
     assert one(outgoing, Verdicts).verdicts == []
 
 
@@ -296,7 +270,7 @@ def test_repeats_are_counted_and_ignored() -> None:
     reasoner = stage()
     truth = labels({"duck": Truth.FALSE})
     feed(reasoner, TOWER[0], TOWER[0], truth, truth)
-    assert len(feed(reasoner, *TOWER)) == 4
+    assert len(feed(reasoner, *TOWER)) == 3
     assert feed(reasoner, *TOWER, truth, relations()) == []
     counters = reasoner.health.counters
     assert counters["scene_repeated"] == 3
@@ -409,7 +383,6 @@ def test_a_scene_that_is_too_large_is_settled_without_decisions() -> None:
     reasoner = stage(max_objects=2)
     outgoing = feed(reasoner, *TOWER)
     assert one(outgoing, Beliefs).objects == []
-    assert one(outgoing, Estimates).objects == []
     assert "max_objects (2)" in problems(reasoner)["scene_too_large"]
 
 
@@ -453,7 +426,6 @@ def test_a_search_that_takes_too_long_is_reported() -> None:
     assert set(status_of(one(outgoing, Beliefs)).values()) == {
         (DecisionStatus.TIMED_OUT, DecisionStatus.TIMED_OUT)
     }
-    assert {each.stable.source for each in one(outgoing, Estimates).objects} == {"none"}
     assert "0.01 s" in problems(reasoner)["classification_timed_out"]
 
 

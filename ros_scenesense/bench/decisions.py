@@ -8,6 +8,7 @@ from ros_scenesense.demo.summary import TaskSummary, summarise_tasks
 from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.results import Table
+from ros_scenesense.stages.attention import AttentionConfiguration, AttentionStage
 from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingStage
 from ros_scenesense.stages.grounding_control import (
     GroundingControlConfiguration,
@@ -59,6 +60,7 @@ def _run(scenes: int, seed: int) -> RunRecord:
             GroundingStage(GroundingConfiguration()),
             GroundingControlStage(GroundingControlConfiguration()),
             ReasonerStage(ReasonerConfiguration()),
+            AttentionStage(AttentionConfiguration(network="none")),
         ]
     )
     try:

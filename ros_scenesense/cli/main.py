@@ -28,6 +28,8 @@ COMMANDS = {
     "goal": "give the robot of the running graph a goal, and tell how it pursues it",
     "plan": "find the actions that lead from a scene to a goal",
     "explain": "tell why a literal holds in a scene, or why not",
+    "train": "train the network that answers where reasoning is undecided",
+    "axioms": "list learned axioms and their history; pin, veto or accept one",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",

@@ -109,10 +109,14 @@ class Verdicts(SceneMessage, frozen=True, tag="verdicts/1"):
 
 
 class KnownAxiom(Part, frozen=True):
-    """An axiom in force: its text for people, its kind and where it comes from."""
+    """An axiom in force: its text for people, its kind and where it comes from.
+
+    `statement` is its text in the action language, without its id.
+    """
 
     id: Name
     text: Text
+    statement: Text
     kind: Literal["normal", "default"]
     origin: Literal["given", "learned"]
 

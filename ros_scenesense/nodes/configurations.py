@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ros_scenesense.parameters import parameter
+from ros_scenesense.stages.attention import AttentionConfiguration
 from ros_scenesense.stages.grounding import GroundingConfiguration
 
 
 @dataclass(frozen=True)
-class GroundingNodeConfiguration(GroundingConfiguration):
-    """Parameters of the grounding node: those of its stage, and of its image topics."""
+class ImageTopics:
+    """Parameters of every node that takes the camera's images."""
 
     image_reliability: str = parameter(
         "reliable",
@@ -27,3 +28,13 @@ class GroundingNodeConfiguration(GroundingConfiguration):
         minimum=0.0,
         maximum=1.0,
     )
+
+
+@dataclass(frozen=True)
+class GroundingNodeConfiguration(ImageTopics, GroundingConfiguration):
+    """Parameters of the grounding node: those of its stage, and of its image topics."""
+
+
+@dataclass(frozen=True)
+class AttentionNodeConfiguration(ImageTopics, AttentionConfiguration):
+    """Parameters of the attention node: those of its stage, and of its image topics."""

@@ -8,7 +8,6 @@ from typing import Any
 from visualization_msgs.msg import MarkerArray
 
 from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
-from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.learning import Axioms
 from ros_scenesense.messages.reasoning import Beliefs, Explanation, Knowledge, Query, Verdicts
@@ -36,7 +35,6 @@ class ReasonerNode(StageNode):
             subscribes=(Scene, Relations, Objects, Labels, Axioms, Query, Goal, ActionResult),
             publishes=(
                 Beliefs,
-                Estimates,
                 Verdicts,
                 Knowledge,
                 Explanation,

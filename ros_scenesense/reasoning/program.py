@@ -150,6 +150,12 @@ class Program:
             description = with_axiom(description, identifier, text)
         return Program.of(description)
 
+    def statement(self, identifier: str) -> str:
+        """An axiom in the action language, without its id; empty if it was not translated."""
+        if self.description is None:
+            return ""
+        return " ".join(map(str, self.description.axioms_of(identifier)))
+
     def without(self, ids: Collection[str]) -> Program:
         """The program without the axioms of these ids.
 

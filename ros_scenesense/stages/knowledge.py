@@ -69,6 +69,7 @@ class KnowledgeInForce:
             KnownAxiom(
                 id=axiom.id,
                 text=axiom.text,
+                statement=self.program.statement(axiom.id),
                 kind=axiom.kind,
                 origin="learned" if axiom.id in self._learned else "given",
             )

@@ -54,7 +54,7 @@ class Figure:
     value: float
 
 
-Incoming = AnyMessage | Frame
+Incoming = AnyMessage | Frame | Segmentation
 Outgoing = AnyMessage | Frame | Segmentation | Cloud | Timing | Figure
 
 

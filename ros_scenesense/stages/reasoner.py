@@ -1,7 +1,7 @@
 """The reasoner: what the knowledge says of the objects and structures of each scene.
 
 Joins `scene`, `relations` and `objects`, classifies, and holds the beliefs against `labels` where
-there are any. Until attention exists, its decisions are forwarded as the final `estimates`.
+there are any.
 """
 
 from __future__ import annotations
@@ -13,17 +13,9 @@ from typing import Any
 
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.messages.actions import ActionResult, Goal
-from ros_scenesense.messages.attention import (
-    Estimate,
-    Estimates,
-    EstimateSource,
-    ObjectEstimate,
-    StructureEstimate,
-)
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.learning import Axioms
 from ros_scenesense.messages.reasoning import (
-    Belief,
     Beliefs,
     Query,
     RetractedRelation,
@@ -217,7 +209,7 @@ class ReasonerStage:
         )
         timing = Timing("reasoner/classify", (time.perf_counter() - start) * 1e3)
         verdicts = self._judge("beliefs", beliefs, now_ns)
-        outgoing: list[Outgoing] = [beliefs, _estimates(beliefs), *verdicts, timing]
+        outgoing: list[Outgoing] = [beliefs, *verdicts, timing]
         domain = self._knowledge.program.description
         if domain is not None:
             doubted = {frozenset((each.object, each.reference)) for each in result.retracted}
@@ -350,30 +342,3 @@ def _unreported(each: KnownObject) -> SceneObject:
         size_source="given",
         surface_source="given",
     )
-
-
-def _estimates(beliefs: Beliefs) -> Estimates:
-    return Estimates(
-        stamp=beliefs.stamp,
-        scene_id=beliefs.scene_id,
-        objects=[
-            ObjectEstimate(
-                name=each.name, stable=_estimate(each.stable), occluded=_estimate(each.occluded)
-            )
-            for each in beliefs.objects
-        ],
-        structures=[
-            StructureEstimate(members=each.members, stable=_estimate(each.stable))
-            for each in beliefs.structures
-        ],
-        knowledge_revision=beliefs.knowledge_revision,
-        trust_revision=beliefs.trust_revision,
-    )
-
-
-def _estimate(belief: Belief) -> Estimate:
-    sources: dict[DecisionStatus, EstimateSource] = {
-        DecisionStatus.STRICT: "reasoning",
-        DecisionStatus.BY_DEFAULT: "default",
-    }
-    return Estimate(value=belief.value, source=sources.get(belief.status, "none"))

@@ -1,0 +1,140 @@
+"""What the networks are shown: pixels of a region or an image, scaled to the network's size."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Collection
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.attention.overhang import Overhang
+from ros_scenesense.attention.regions import crop
+from ros_scenesense.errors import NetworkError
+from ros_scenesense.messages.attention import Roi
+from ros_scenesense.scene import Frame
+
+_DEPTH_RANGE_M = 0.3
+"""Depth is shown relative to the target, up to so far before and behind it."""
+
+
+def query_image(
+    frame: Frame,
+    instances: npt.NDArray[np.uint16],
+    roi: Roi,
+    target: int,
+    related: Collection[int],
+    side: int,
+) -> npt.NDArray[np.float32]:
+    """A region with one object marked: the input of a query network.
+
+    Args:
+        frame: Colour and depth.
+        instances: (H, W) instance ids.
+        roi: The region.
+        target: Instance id of the object in question.
+        related: Instance ids of the objects that it stands in a relevant relation to.
+        side: Pixels of the result.
+
+    Returns:
+        (6, side, side): red, green, blue from 0 to 1; depth behind (positive) or before the target
+        from -1 to 1, 0 where nothing was read; mask of the target; mask of the related objects. The
+        region keeps its proportions; what is missing to a square is 0.
+
+    Raises:
+        NetworkError: If the region is not in the image, or shows nothing of the target.
+    """
+    try:
+        color, depth, ids = crop(frame.color, roi), crop(frame.depth, roi), crop(instances, roi)
+    except ValueError as error:
+        raise NetworkError(str(error)) from error
+    mask = ids == target
+    if not mask.any():
+        raise NetworkError(f"the region shows no pixel of instance {target}, which it is about")
+    read = np.isfinite(depth) & (depth > 0.0)
+    seen = mask & read
+    # A target without any reading: depth tells nothing.
+    middle = float(np.median(depth[seen])) if seen.any() else np.nan
+    with np.errstate(invalid="ignore"):
+        behind = np.clip((depth - middle) / _DEPTH_RANGE_M, -1.0, 1.0)
+    behind = np.where(read & np.isfinite(behind), behind, 0.0)
+    channels = np.dstack(
+        [color / np.float32(255.0), behind, mask, np.isin(ids, [*related])]
+    ).astype(np.float32)
+    return _scaled(channels, side)
+
+
+def color_image(
+    color: npt.NDArray[np.uint8], side: int, roi: Roi | None = None
+) -> npt.NDArray[np.float32]:
+    """A whole image, or a region of it, (3, side, side) from 0 to 1: what LeNet and AlexNet get.
+
+    Raises:
+        NetworkError: If the region is not in the image.
+    """
+    try:
+        pixels = color if roi is None else crop(color, roi)
+    except ValueError as error:
+        raise NetworkError(str(error)) from error
+    return _scaled(pixels.astype(np.float32) / np.float32(255.0), side)
+
+
+def query_numbers(overhang: Overhang | None) -> npt.NDArray[np.float32]:
+    """The numbers beside the image of a query, (4,).
+
+    Overhang along the image, away, the larger of the two; 1 if it is known, else all are 0.
+    """
+    if overhang is None:
+        return np.zeros(4, np.float32)
+    larger = max(overhang.lateral, overhang.away)
+    return np.array([overhang.lateral, overhang.away, larger, 1.0], np.float32)
+
+
+def pack(image: npt.NDArray[np.float32]) -> bytes:
+    """An input of a query network as bytes for keeping, with 256 steps per channel."""
+    steps = np.rint((image + _offset(image)) * _steps(image)).astype(np.uint8)
+    return zlib.compress(steps.tobytes(), level=1)
+
+
+def unpack(content: bytes, side: int) -> npt.NDArray[np.float32]:
+    """The input (6, side, side) that `pack` made bytes of.
+
+    Raises:
+        NetworkError: If the bytes are no such input.
+    """
+    try:
+        steps = np.frombuffer(zlib.decompress(content), np.uint8).reshape(-1, side, side)
+    except (zlib.error, ValueError) as error:
+        raise NetworkError(f"an example is damaged, or not of {side} pixels: {error}") from error
+    image = steps.astype(np.float32)
+    return image / _steps(image) - _offset(image)
+
+
+def _offset(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """What makes each channel start at 0: the depth, in fourth place, starts at -1."""
+    return np.array([0, 0, 0, 1, 0, 0], np.float32)[: len(image), None, None]
+
+
+def _steps(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    return np.array([255, 255, 255, 127, 255, 255], np.float32)[: len(image), None, None]
+
+
+def _scaled(channels: npt.NDArray[np.float32], side: int) -> npt.NDArray[np.float32]:
+    """(H, W, C) as (C, side, side), in the middle of a square."""
+    height, width = channels.shape[:2]
+    longer = max(height, width)
+    size = (max(1, round(side * width / longer)), max(1, round(side * height / longer)))
+    how = cv2.INTER_AREA if longer > side else cv2.INTER_LINEAR
+    scaled = np.dstack(  # three by three, as OpenCV does not scale more than four at once
+        [
+            cv2.resize(
+                np.ascontiguousarray(channels[..., first : first + 3]), size, interpolation=how
+            )
+            for first in range(0, channels.shape[2], 3)
+        ]
+    )
+    square = np.zeros((side, side, channels.shape[2]), np.float32)
+    left, top = (side - size[0]) // 2, (side - size[1]) // 2
+    square[top : top + size[1], left : left + size[0]] = scaled
+    return np.ascontiguousarray(square.transpose(2, 0, 1))

@@ -1,0 +1,115 @@
+"""What is looked at in a scene: the regions of interest, and one query for each literal in them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ros_scenesense.attention.inputs import query_image, query_numbers
+from ros_scenesense.attention.overhang import overhangs
+from ros_scenesense.attention.regions import rectangles, regions
+from ros_scenesense.attention.relevance import Relevance
+from ros_scenesense.messages.attention import Roi
+from ros_scenesense.messages.grounding import Objects, Relations
+from ros_scenesense.messages.reasoning import Beliefs
+from ros_scenesense.scene import Frame, Surface, Task
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """One literal in question, as the query network is shown it.
+
+    Attributes:
+        task: Which fluent.
+        target: Of which object.
+        image: (6, side, side), see `inputs.query_image`.
+        numbers: (4,), see `inputs.query_numbers`.
+        objects: The objects of its region.
+    """
+
+    task: Task
+    target: str
+    image: npt.NDArray[np.float32]
+    numbers: npt.NDArray[np.float32]
+    objects: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenScene:
+    """All that attention knows of a scene.
+
+    Attributes:
+        frame: Its images.
+        instances: (H, W) instance ids that grounding used.
+        objects: The objects.
+        relations: Their relations.
+        beliefs: What reasoning says.
+    """
+
+    frame: Frame
+    instances: npt.NDArray[np.uint16]
+    objects: Objects
+    relations: Relations
+    beliefs: Beliefs
+
+    def undecided(self, task: Task) -> set[str]:
+        """The objects of which reasoning does not decide the task's literal."""
+        return {
+            each.name
+            for each in self.beliefs.objects
+            if (each.stable if task is Task.STABILITY else each.occluded).value is None
+        }
+
+
+def regions_of(scene: SeenScene, relevance: Relevance, targets: Collection[str]) -> list[Roi]:
+    """The regions of interest around the targets of one task."""
+    places = rectangles(scene.instances)
+    boxes = {
+        each.name: places[each.instance]
+        for each in scene.objects.objects
+        if each.instance in places
+    }
+    height, width = scene.instances.shape
+    return regions(relevance, scene.relations.relations, targets, boxes, (width, height))
+
+
+def queries_of(
+    scene: SeenScene, relevances: Mapping[Task, Relevance], rois: Iterable[Roi], side: int
+) -> list[Query]:
+    """One query for each target of each region.
+
+    Args:
+        scene: The scene.
+        relevances: What bears on each task.
+        rois: Regions in its image.
+        side: Pixels of the network's input.
+    """
+    instance = {each.name: each.instance for each in scene.objects.objects}
+    boxes = {each.name: each.box for each in scene.objects.objects if each.box is not None}
+    supports = [
+        (each.object, each.reference) for each in scene.beliefs.derived if each.relation == "on"
+    ]
+    irregular = {
+        each.name
+        for each in scene.objects.objects
+        if each.surface is not None and each.surface.value is Surface.IRREGULAR
+    }
+    hanging = overhangs(boxes, supports, irregular)
+    pairs = {task: list(each.pairs(scene.relations.relations)) for task, each in relevances.items()}
+    found = []
+    for roi in rois:
+        for target in roi.targets:
+            related = {
+                instance[other]
+                for pair in pairs[roi.task]
+                if target in pair
+                for other in pair
+                if other != target and other in roi.objects
+            }
+            image = query_image(scene.frame, scene.instances, roi, instance[target], related, side)
+            numbers = query_numbers(hanging.get(target) if roi.task is Task.STABILITY else None)
+            found.append(Query(roi.task, target, image, numbers, tuple(roi.objects)))
+    return found

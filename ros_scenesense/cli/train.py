@@ -1,0 +1,104 @@
+"""Trains the network of attention on labelled scenes, for `attention.network`."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ros_scenesense.errors import ParameterError
+from ros_scenesense.parameters import Parameter, build
+
+_EPILOG = """\
+The scenes go through the whole loop: camera, grounding, control, reasoner, attention. Whatever
+reasoning leaves undecided or gets wrong becomes an example. Use the network with
+`scenesense launch -p attention.network=FILE`.
+"""
+_SCENES = Parameter(
+    "scenes", int, 600, "simulated scenes to learn from", minimum=2, maximum=100_000
+)
+_SEED = Parameter("seed", int, 0, "seed of scenes and training", minimum=0, maximum=2**53 - 1)
+_ITERATIONS = Parameter("iterations", int, 3000, "batches at most", minimum=1, maximum=1_000_000)
+_ALL = "s1,s2,s3,o1,o2,o3"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of `scenesense train`."""
+    parser.epilog = _EPILOG
+    parser.add_argument("--out", type=Path, metavar="FILE", required=True, help="the network")
+    parser.add_argument(
+        "--dataset", type=Path, metavar="DIR", help="learn from the scenes of a dataset instead"
+    )
+    for declared in (_SCENES, _SEED, _ITERATIONS):
+        words = f"{declared.description} ({declared.allowed}; default {declared.default})"
+        parser.add_argument(f"--{declared.name}", default=declared.default, help=words)
+    parser.add_argument(
+        "--noise",
+        default="kinect",
+        help="of the depth camera: none or kinect (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--withheld",
+        default=_ALL,
+        help="axioms that reasoning does without, so that there is something to learn "
+        "(default: %(default)s)",
+    )
+    parser.add_argument("--device", default="cpu", help="cpu, cuda, cuda:1, ... (default: cpu)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Collects, trains, writes the network."""
+    from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
+    from ros_scenesense.attention.networks.training import Training, TrainingConfiguration
+    from ros_scenesense.experiments.labelled_scenes import collect_examples
+    from ros_scenesense.stages.attention import SIDE
+    from ros_scenesense.stages.attention_store import AttentionStore
+    from ros_scenesense.stages.health import Health
+    from ros_scenesense.stages.reasoner import ReasonerConfiguration
+    from ros_scenesense.stages.simulated_camera import SimulatedCameraConfiguration
+
+    if arguments.out.suffix != ".pt":
+        raise ParameterError(f"--out is '{arguments.out}', must be a file name that ends in .pt")
+    seed, iterations = (
+        int(_SEED.check(arguments.seed)),
+        int(_ITERATIONS.check(arguments.iterations)),
+    )
+    values: dict[str, object] = {"seed": seed, "noise": arguments.noise}
+    scenes = None
+    if arguments.dataset is None:
+        scenes = values["scenes"] = int(_SCENES.check(arguments.scenes))
+    else:
+        values["dataset"] = str(arguments.dataset)
+    camera = build(SimulatedCameraConfiguration, values)
+    reasoner = build(ReasonerConfiguration, {"withheld": arguments.withheld})
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}")
+    with tempfile.TemporaryDirectory() as state, Progress(*columns, TimeRemainingColumn()) as bars:
+        bar = bars.add_task("scenes", total=scenes)
+        judged = collect_examples(camera, reasoner, state, lambda n: bars.update(bar, completed=n))
+        store = AttentionStore(Path(state) / "attention.db", Health(), SIDE)
+        examples = store.training_set()
+        store.close()
+        training, held_out = examples.parts()
+        bar = bars.add_task("iterations at most", total=iterations)
+        going = Training(
+            QueryNetworkConfiguration(side=SIDE),
+            training,
+            held_out,
+            TrainingConfiguration(iterations=iterations, flip=True, seed=seed),
+            arguments.device,
+        )
+        while not going.finished:
+            bars.update(bar, completed=going.advance().iteration)
+    trained = going.result()
+    trained.save(arguments.out)
+    Console().print(
+        f"{arguments.out}: trained on {len(training)} examples of {judged} scenes, "
+        f"{trained.iterations} iterations; loss {trained.loss(held_out):.3f} and "
+        f"{trained.accuracy(held_out):.1%} right on {len(held_out)} held-out examples",
+        soft_wrap=True,
+        highlight=False,
+    )
+    return 0
