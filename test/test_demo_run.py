@@ -18,6 +18,7 @@ from ros_scenesense.demo import run as run_module
 from ros_scenesense.demo.run import Demo, DemoOptions, show_result
 from ros_scenesense.demo.summary import read_summary
 from ros_scenesense.errors import LaunchError, ParameterError
+from ros_scenesense.nodes.registry import NODES
 
 TIMEOUT_S = 90
 
@@ -53,15 +54,16 @@ def test_scenes_go_through_the_real_graph(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert (summary.outcome, summary.scenes, summary.lost) == ("complete", 3, 0)
     assert summary.error is None
-    assert set(summary.nodes) == {
-        "simulated_camera",
-        "grounding",
-        "grounding_control",
-        "reasoner",
-    }
+    assert set(summary.nodes) == set(NODES)
     assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3
     assert summary.tasks["stability"].wrong == 0
+    for task, final in summary.finals.items():
+        reasoned = summary.tasks[task]
+        open_after_reasoning = reasoned.total - reasoned.strict - reasoned.by_default
+        assert final.total == reasoned.total
+        assert final.by_source["network"].total + final.undecided == open_after_reasoning
+    assert summary.finals["stability"].by_source["network"].total > 0
     assert summary.knowledge.axioms
     report = (tmp_path / "report.html").read_text()
     assert len(re.findall('class="card scene"', report)) == 3
@@ -87,7 +89,7 @@ def test_interrupt_stops_the_graph_and_writes_what_was_seen(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert summary.outcome == "interrupted"
     assert summary.scenes >= 1
-    assert len(pids) == 4
+    assert len(pids) == len(NODES)
     assert not any(is_alive(pid) for pid in pids)
 
 
@@ -140,6 +142,9 @@ def test_whatever_ends_the_run_it_is_written(tmp_path, monkeypatch, behaviour, o
         (["--seed", "1.5"], "seed", "an integer"),
         (["--params", "/no/such/file.yaml"], "/no/such/file.yaml", ""),
         (["--out", "/dev/null/x"], "/dev/null/x", ""),
+        (["-p", "reasoner.withheld"], "reasoner.withheld", "node.parameter=value"),
+        (["-p", "reasoner.with_held=s1"], "with_held", "withheld"),
+        (["-p", "simulated_camera.scenes=3"], "simulated_camera.scenes", "--scenes"),
     ],
 )
 def test_wrong_values_end_with_one_line_and_exit_code_2(

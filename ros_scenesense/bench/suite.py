@@ -13,6 +13,7 @@ from ros_scenesense.bench import (
     graph,
     perception,
     reasoning,
+    sparc,
     steps,
 )
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
@@ -42,6 +43,7 @@ GROUPS = (
     Group("reasoning about scenes", classification.FIGURES, classification.measure),
     Group("knowledge and reasoning", reasoning.FIGURES, reasoning.measure),
     Group("attention and networks", attention.FIGURES, attention.measure),
+    Group("SPARC programs", sparc.FIGURES, sparc.measure),
     Group("decisions against physics, many scenes", decisions.FIGURES, decisions.measure),
     Group("datasets of simulated scenes", datasets.FIGURES, datasets.measure),
 )

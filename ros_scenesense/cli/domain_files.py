@@ -1,8 +1,9 @@
-"""Files in the action language on the command line: a domain, and files that go on from it."""
+"""Files on the command line: domains in the action language and what goes on from them, SPARC."""
 
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,8 @@ from ros_scenesense.errors import ParameterError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.building import Domain
 from ros_scenesense.knowledge.description import History
+from ros_scenesense.knowledge.sparc.language import Program
+from ros_scenesense.knowledge.sparc.language import load as load_program
 from ros_scenesense.knowledge.translation import Options
 from ros_scenesense.parameters import Parameter
 
@@ -81,3 +84,25 @@ def load_domain(paths: Sequence[Path], without: str = "") -> Domain:
             f"{', '.join(domain.description.ids)}"
         )
     return replace(domain, description=domain.description.without(ids), history=history)
+
+
+def load_sparc(paths: Sequence[Path], constants: Sequence[str] = ()) -> Program:
+    """Reads a SPARC program.
+
+    Args:
+        paths: One file.
+        constants: Values of constants, each as `name=number`.
+
+    Raises:
+        LanguageError: If the program is wrong, with all its problems.
+        ParameterError: If there are several files, or a constant is none.
+    """
+    if len(paths) != 1:
+        raise ParameterError(f"found {len(paths)} files, expected one: a SPARC program is one file")
+    values = {}
+    for text in constants:
+        if not re.fullmatch(r"[a-z]\w*=[0-9]{1,10}", text, re.ASCII):
+            raise ParameterError(f"--const: found {text!r}, expected NAME=NUMBER, as in n=5")
+        name, _, number = text.partition("=")
+        values[name] = int(number)
+    return load_program(paths[0], values)

@@ -1,4 +1,4 @@
-"""Compute the answer sets of a domain with its history, or of a logic program."""
+"""Compute the answer sets of a domain with its history, of a SPARC program or a logic program."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ import json
 import re
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ros_scenesense.cli.domain_files import (
     add_translation_arguments,
     load_domain,
+    load_sparc,
     translation_options,
 )
 from ros_scenesense.errors import ParameterError, ReasoningError, SceneSenseError
+from ros_scenesense.knowledge.sparc.idle import idle_rules
+from ros_scenesense.knowledge.sparc.translation import translated
 from ros_scenesense.knowledge.translation import translate
 from ros_scenesense.parameters import Parameter
 from ros_scenesense.reasoning.answer_sets import AnswerSetEngine, AnswerSets, Outcome, Question
@@ -27,10 +30,11 @@ from ros_scenesense.stages.worker import GIB
 
 _EPILOG = """\
 Files in the action language (.al): a domain, and files that go on from it; CR rules come in only
-where there is no answer set without them. Files in clingo's language (.lp) are solved as they are.
+where there is no answer set without them. A SPARC program (.sp) is one file, with CR rules alike.
+Files in clingo's language (.lp) are solved as they are.
 Exit code: 0 there is an answer set, 1 there is none, 2 something is wrong, 3 time ran out.
 """
-_SATISFIABLE, _UNSATISFIABLE, _WRONG, _TIMED_OUT = 0, 1, 2, 3
+SATISFIABLE, UNSATISFIABLE, WRONG, TIMED_OUT = 0, 1, 2, 3
 _MODELS = Parameter("--models", int, 1, "answer sets to find, 0 for all", minimum=0)
 _SECONDS = Parameter(
     "--time-limit", float, 60.0, "seconds for all of it", minimum=0.01, maximum=86_400.0
@@ -44,13 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the arguments of `scenesense solve`."""
     parser.description = __doc__
     parser.epilog = _EPILOG
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".al or .lp files")
-    for declared in (_MODELS, _SECONDS, _MEMORY):
-        parser.add_argument(
-            declared.name,
-            metavar=declared.type.__name__.upper(),
-            help=f"{declared.description} (default: {declared.default})",
-        )
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".al, .sp or .lp files")
+    _add(parser, _MODELS)
+    add_limits(parser)
     parser.add_argument(
         "--optimize",
         action=argparse.BooleanOptionalAction,
@@ -66,7 +66,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="value of a constant of the program; can be given several times",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--lines", action="store_true", help="print each answer set on one line, and nothing else"
+    )
+    parser.add_argument(
+        "--warn", action="store_true", help="tell which rules of a SPARC program can never apply"
+    )
     add_translation_arguments(parser)
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Declares how long the solver may take, and how much memory."""
+    for declared in (_SECONDS, _MEMORY):
+        _add(parser, declared)
+
+
+def time_limit(arguments: argparse.Namespace) -> float:
+    """The seconds that the solver may take.
+
+    Raises:
+        ParameterError: If the value is wrong.
+    """
+    return float(_checked(_SECONDS, arguments.time_limit))
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -75,52 +96,83 @@ def run(arguments: argparse.Namespace) -> int:
         return _run(arguments)
     except SceneSenseError as error:
         print(f"scenesense solve: {error}", file=sys.stderr)
-        return _WRONG
+        return WRONG
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    question = _question(arguments)
-    memory_gib = float(_checked(_MEMORY, arguments.memory_limit))
+    asked = _asked(arguments)
+    answers = answered(AnswerSetEngine, "solve", asked.question, memory_gib(arguments), "solve")
+    if not isinstance(answers, AnswerSets):
+        return int(answers)
+    answers = replace(answers, sets=tuple((*each, *asked.shown) for each in answers.sets))
+    for message in () if asked.kind == ".sp" else answers.messages:
+        print(message, file=sys.stderr)
+    if arguments.json:
+        print(json.dumps(_object(answers), indent=2))
+    elif arguments.lines:
+        for literals in answers.sets:
+            print(f"{{{', '.join(literals)}}}")
+    else:
+        for line in _lines(answers, stepwise=asked.kind == ".al"):
+            print(line)
+    if answers.outcome is Outcome.TIMED_OUT:
+        return TIMED_OUT
+    return SATISFIABLE if answers.outcome is Outcome.SATISFIABLE else UNSATISFIABLE
+
+
+def answered(
+    engine: Callable[[], Any], method: str, question: Question, memory_gib: float, command: str
+) -> Any:
+    """What a method of an engine answers in a process of its own; an exit code if it fails."""
     answers = run_once(
-        AnswerSetEngine,
-        "solve",
+        engine,
+        method,
         (question,),
         question.time_limit_s + _GRACE_S,
         memory_bytes=int(memory_gib * GIB),
     )
     if isinstance(answers, JobFailure):
-        return _failed(answers, question, memory_gib)
-    for message in answers.messages:
-        print(message, file=sys.stderr)
-    if arguments.json:
-        print(json.dumps(_object(answers), indent=2))
-    else:
-        for line in _lines(answers, stepwise=question.restoring):
-            print(line)
-    if answers.outcome is Outcome.TIMED_OUT:
-        return _TIMED_OUT
-    return _SATISFIABLE if answers.outcome is Outcome.SATISFIABLE else _UNSATISFIABLE
+        return _failed(answers, question, memory_gib, command)
+    return answers
 
 
-def _question(arguments: argparse.Namespace) -> Question:
+@dataclass(frozen=True)
+class _Asked:
+    """The question, the kind of its files, and what each answer shows without being asked."""
+
+    question: Question
+    kind: str
+    shown: tuple[str, ...] = ()
+
+
+def _asked(arguments: argparse.Namespace) -> _Asked:
     kinds = {path.suffix for path in arguments.files}
-    if kinds not in ({".al"}, {".lp"}):
+    if kinds not in ({".al"}, {".sp"}, {".lp"}):
         raise ParameterError(
-            f"found files of kind {', '.join(sorted(kinds)) or 'none'}; expected domains (.al) or "
-            "logic programs (.lp)"
+            f"found files of kind {', '.join(sorted(kinds)) or 'none'}; expected domains (.al), a "
+            "SPARC program (.sp) or logic programs (.lp)"
         )
     options = translation_options(arguments)
     common: dict[str, Any] = {
         "models": int(_checked(_MODELS, arguments.models)),
         "optimize": arguments.optimize,
-        "constants": tuple(map(_constant, arguments.const)),
-        "time_limit_s": float(_checked(_SECONDS, arguments.time_limit)),
+        "time_limit_s": time_limit(arguments),
     }
+    if kinds == {".sp"}:
+        program = load_sparc(arguments.files, arguments.const)
+        if arguments.warn:
+            for warning in idle_rules(program):
+                print(f"warning: {warning}", file=sys.stderr)
+        common["optimize"] &= program.optimizes
+        translation = translated(program, optimize=arguments.optimize)
+        question = Question(text=translation.text, applied=translation.applied, **common)
+        return _Asked(question, ".sp", translation.shown)
+    common["constants"] = tuple(map(_constant, arguments.const))
     if kinds == {".al"}:
         domain = load_domain(arguments.files, arguments.without)
         text = translate(domain.description, domain.history, options)
-        return Question(text=text, restoring=True, **common)
-    return Question(files=tuple(map(_program, arguments.files)), **common)
+        return _Asked(Question(text=text, restoring=True, **common), ".al")
+    return _Asked(Question(files=tuple(map(_program, arguments.files)), **common), ".lp")
 
 
 def _program(path: Path) -> str:
@@ -141,27 +193,44 @@ def _constant(text: str) -> str:
     return text
 
 
+def memory_gib(arguments: argparse.Namespace) -> float:
+    """The memory that the solver may take.
+
+    Raises:
+        ParameterError: If the value is wrong.
+    """
+    return float(_checked(_MEMORY, arguments.memory_limit))
+
+
+def _add(parser: argparse.ArgumentParser, declared: Parameter) -> None:
+    parser.add_argument(
+        declared.name,
+        metavar=declared.type.__name__.upper(),
+        help=f"{declared.description} (default: {declared.default})",
+    )
+
+
 def _checked(declared: Parameter, value: object) -> Any:
     return declared.default if value is None else declared.check(value)
 
 
-def _failed(failure: JobFailure, question: Question, memory_gib: float) -> int:
+def _failed(failure: JobFailure, question: Question, memory_gib: float, command: str) -> int:
     if failure.timed_out:
         print(
-            f"scenesense solve: stopped after {question.time_limit_s:g} s while the program was "
-            "grounded: it has too many instances; make sorts smaller, or take a longer "
+            f"scenesense {command}: stopped after {question.time_limit_s:g} s while the program "
+            "was grounded: it has too many instances; make sorts smaller, or take a longer "
             "--time-limit",
             file=sys.stderr,
         )
-        return _TIMED_OUT
+        return TIMED_OUT
     reason = failure.reason
     if "process died" in reason or "bad_alloc" in reason or "MemoryError" in reason:
         reason = (
             f"the solver died: most likely the program needs more than {memory_gib:g} GiB of "
             "memory; make sorts smaller, or take a larger --memory-limit"
         )
-    print(f"scenesense solve: {reason}", file=sys.stderr)
-    return _WRONG
+    print(f"scenesense {command}: {reason}", file=sys.stderr)
+    return WRONG
 
 
 def _object(answers: AnswerSets) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Turn a domain and a history in the action language into a program that clingo runs alone."""
+"""Turn a domain and a history, or a SPARC program (.sp), into a program that clingo runs alone."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ from pathlib import Path
 from ros_scenesense.cli.domain_files import (
     add_translation_arguments,
     load_domain,
+    load_sparc,
     translation_options,
 )
 from ros_scenesense.errors import SceneSenseError
+from ros_scenesense.knowledge.sparc.translation import translated
 from ros_scenesense.knowledge.translation import translate
 
 _EPILOG = """\
 The program is printed, or written with --output. `clingo FILE 0 --opt-mode=optN` computes its
-answer sets, with `-c restore=0` without CR rules. docs/action_language.md describes the language.
+answer sets; of a domain with `-c restore=0` without CR rules. docs/action_language.md and
+docs/sparc.md describe the languages.
 """
 
 
@@ -38,8 +41,11 @@ def run(arguments: argparse.Namespace) -> int:
         0, or 2 if something is wrong.
     """
     try:
-        domain = load_domain(arguments.files, arguments.without)
-        program = translate(domain.description, domain.history, translation_options(arguments))
+        if {path.suffix for path in arguments.files} == {".sp"}:
+            program = translated(load_sparc(arguments.files)).text
+        else:
+            domain = load_domain(arguments.files, arguments.without)
+            program = translate(domain.description, domain.history, translation_options(arguments))
         if arguments.output is None:
             sys.stdout.write(program)
         else:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ros_scenesense.errors import LanguageError
 from ros_scenesense.knowledge.building import Builder, Domain
 from ros_scenesense.knowledge.checking import Checker
 from ros_scenesense.knowledge.declarations import Declarations
@@ -19,10 +18,7 @@ from ros_scenesense.knowledge.problems import Problems
 from ros_scenesense.knowledge.signature import Signature
 from ros_scenesense.knowledge.syntax import read, read_alone
 from ros_scenesense.knowledge.terms import Place
-
-LONGEST_TEXT = 4 * 2**20
-"""Longer texts are refused; in characters."""
-
+from ros_scenesense.knowledge.texts import check_length, read_text
 
 EMPTY = SystemDescription(Signature({}, {}, {}))
 
@@ -39,8 +35,7 @@ def parse(text: str, source: str = "text", description: SystemDescription = EMPT
         LanguageError: With all problems of the text, one per line, as `source:line:column: ...`.
     """
     problems = Problems()
-    if len(text) > LONGEST_TEXT:
-        raise LanguageError(f"{source} has {len(text)} characters, expected at most {LONGEST_TEXT}")
+    check_length(text, source)
     syntax = read(text, source, problems)
     if not syntax.statements and not problems:
         problems.add(Place(source, 1, 1), "found no statement; expected sorts, fluents, axioms")
@@ -59,18 +54,7 @@ def load(path: Path, description: SystemDescription = EMPTY) -> Domain:
     Raises:
         LanguageError: If it cannot be read, is no UTF-8 text, or says something wrong.
     """
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise LanguageError(f"{path} cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        column = error.start - error.object.rfind(b"\n", 0, error.start)
-        raise LanguageError(
-            f"{path}:{line}:{column}: found the byte 0x{error.object[error.start]:02X}, expected "
-            "text in UTF-8"
-        ) from error
-    return parse(text, str(path), description)
+    return parse(read_text(path), str(path), description)
 
 
 def parse_goal(text: str, description: SystemDescription, source: str = "goal") -> Goal:
@@ -111,8 +95,7 @@ def parse_literal(text: str, description: SystemDescription, source: str = "lite
 
 
 def _asked(text: str, description: SystemDescription, source: str) -> tuple[GoalCondition, ...]:
-    if len(text) > LONGEST_TEXT:
-        raise LanguageError(f"{source} has {len(text)} characters, expected at most {LONGEST_TEXT}")
+    check_length(text, source)
     problems = Problems()
     written = read_alone(text, "asked", source, problems)
     problems.check()

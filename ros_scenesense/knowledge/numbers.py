@@ -22,6 +22,20 @@ Interval = tuple[int, int]
 """Lowest and highest value."""
 
 
+def combined(operator: str, one: Interval, other: Interval) -> Interval:
+    """What `one operator other` can be."""
+    (low, high), (other_low, other_high) = one, other
+    if operator == "/":
+        largest = max(abs(low), abs(high))
+        return -largest, largest
+    if operator == "*":
+        products = [x * y for x in one for y in other]
+        return min(products), max(products)
+    if operator == "+":
+        return low + other_low, high + other_high
+    return low - other_high, high - other_low
+
+
 class Numbers:
     """Computes with intervals.
 
@@ -80,17 +94,7 @@ class Numbers:
             if interval is None:
                 return None
             sides.append(interval)
-        (low, high), (other_low, other_high) = sides
-        if term.operator == "/":
-            largest = max(abs(low), abs(high))
-            result = (-largest, largest)
-        elif term.operator == "*":
-            products = [x * y for x in (low, high) for y in (other_low, other_high)]
-            result = (min(products), max(products))
-        elif term.operator == "+":
-            result = (low + other_low, high + other_high)
-        else:
-            result = (low - other_high, high - other_low)
+        result = combined(term.operator, *sides)
         if max(abs(result[0]), abs(result[1])) > LARGEST_NUMBER:
             problems.add(
                 term.place or place,

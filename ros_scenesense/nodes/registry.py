@@ -62,6 +62,11 @@ _ALL = [
         "ros_scenesense.nodes.configurations:AttentionNodeConfiguration",
         "looks where reasoning is undecided, and makes the final decisions",
     ),
+    NodeEntry(
+        "axiom_learner",
+        "ros_scenesense.stages.axiom_learner:AxiomLearnerConfiguration",
+        "learns axioms from labelled scenes, strengthens and forgets them",
+    ),
 ]
 
 NODES: dict[str, NodeEntry] = {entry.name: entry for entry in _ALL}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import clingo
@@ -33,9 +33,14 @@ class Question:
         text: Program text; our own or generated.
         files: Paths of programs, which are read where they stand.
         restoring: Whether the program has CR rules, which its constant `restore` switches.
+        applied: In a program whose CR rules are choices that it minimises: the unary predicate of
+            those that are applied. They are first assumed not to be; nothing is grounded twice.
+            What else the program minimises has to be optimal, too; if that is nothing, `optimize`
+            should not be set, since then there are faster ways.
         models: How many answer sets to find; 0 for all.
         optimize: Whether only optimal answer sets are answers, if the program optimises.
         constants: Values of the program's constants, as `name=value`.
+        common: Whether to find what all answer sets have in common, instead of the sets.
         time_limit_s: Time for all of it. The search ends in time; grounding cannot be interrupted,
             so whoever asks has to be ready to kill the process.
     """
@@ -43,9 +48,11 @@ class Question:
     text: str = ""
     files: tuple[str, ...] = ()
     restoring: bool = False
+    applied: str = ""
     models: int = 1
     optimize: bool = True
     constants: tuple[str, ...] = ()
+    common: bool = False
     time_limit_s: float = 60.0
 
 
@@ -73,6 +80,17 @@ class AnswerSets:
 class AnswerSetEngine:
     """Solves programs; remembers nothing between two calls."""
 
+    def consequences(self, question: Question) -> AnswerSets:
+        """The shown literals that all answer sets have in common, as the only set.
+
+        They are computed without looking at every answer set. Where an answer set is no answer
+        because it is not optimal or applies too many CR rules, it does not count here either.
+
+        Raises:
+            ReasoningError: If the program is broken or the solver fails; the text says where.
+        """
+        return self.solve(replace(question, models=0, common=True))
+
     def solve(self, question: Question) -> AnswerSets:
         """Grounds and solves.
 
@@ -80,6 +98,8 @@ class AnswerSetEngine:
             ReasoningError: If the program is broken or the solver fails; the text says where.
         """
         deadline = time.monotonic() + question.time_limit_s
+        if question.applied:
+            return _solve_assuming(question, deadline)
         if not question.restoring:
             return _solve(question, deadline, ())
         plain = _solve(question, deadline, ("-c", "restore=0"))
@@ -90,33 +110,56 @@ class AnswerSetEngine:
 
 
 def _with_cr(answers: AnswerSets) -> AnswerSets:
-    return AnswerSets(
-        answers.outcome, answers.sets, answers.costs, answers.complete, True, answers.messages
-    )
+    return replace(answers, restored=True)
 
 
 def _solve(question: Question, deadline: float, switches: Sequence[str]) -> AnswerSets:
     mode = "optN" if question.optimize or question.restoring else "ignore"
-    arguments = ["0", f"--opt-mode={mode}", *switches]
+    with Messages("program") as messages:
+        control = _grounded(question, messages, (f"--opt-mode={mode}", *switches))
+        answers = _search(control, question, deadline)
+    return replace(answers, messages=tuple(messages.words))
+
+
+def _solve_assuming(question: Question, deadline: float) -> AnswerSets:
+    with Messages("program") as messages:
+        control = _grounded(question, messages, ("--opt-mode=optN",))
+        instances = control.symbolic_atoms.by_signature(question.applied, 1)
+        answers = _search(control, question, deadline, [(each.symbol, False) for each in instances])
+        if answers.outcome is Outcome.UNSATISFIABLE:
+            if not question.optimize:
+                # Mostly few rules are enough: a search from below finds them without detours.
+                solvers = control.configuration.solver
+                assert isinstance(solvers, clingo.Configuration)
+                solvers.opt_strategy = "usc"
+            answers = _search(control, question, deadline)
+            if answers.outcome is not Outcome.UNSATISFIABLE:
+                answers = _with_cr(answers)
+    return replace(answers, messages=tuple(messages.words))
+
+
+def _grounded(question: Question, messages: Messages, options: Sequence[str]) -> clingo.Control:
+    arguments = ["0", *options, *(["--enum-mode=cautious"] if question.common else [])]
     for constant in question.constants:
         arguments += ["-c", constant]
-    with Messages("program") as messages:
-        control = clingo.Control(arguments, logger=messages.take)
-        for path in question.files:
-            control.load(path)
-        if question.text:
-            control.add("base", [], question.text)
-        control.ground()
-        answers = _search(control, question, deadline)
-    return AnswerSets(
-        answers.outcome, answers.sets, answers.costs, answers.complete, False, tuple(messages.words)
-    )
+    control = clingo.Control(arguments, logger=messages.take)
+    for path in question.files:
+        control.load(path)
+    if question.text:
+        control.add("base", [], question.text)
+    control.ground()
+    return control
 
 
-def _search(control: clingo.Control, question: Question, deadline: float) -> AnswerSets:
+def _search(
+    control: clingo.Control,
+    question: Question,
+    deadline: float,
+    assumptions: Sequence[tuple[clingo.Symbol, bool]] = (),
+) -> AnswerSets:
     found: dict[tuple[str, ...], None] = {}
     costs: tuple[int, ...] = ()
-    with control.solve(yield_=True, async_=True) as handle:
+    with control.solve(assumptions, yield_=True, async_=True) as handle:
         while True:
             handle.resume()
             if not handle.wait(max(0.0, deadline - time.monotonic())):
@@ -125,10 +168,12 @@ def _search(control: clingo.Control, question: Question, deadline: float) -> Ans
             model = handle.model()
             if model is None:
                 break
-            if model.cost and question.optimize | question.restoring:
+            if model.cost and (question.optimize or question.restoring or question.applied):
                 if not model.optimality_proven:
                     continue
                 costs = tuple(model.cost)
+            if question.common:
+                found.clear()  # each model is what is left so far
             found[tuple(map(str, sorted(model.symbols(shown=True))))] = None
             if len(found) == question.models:
                 return AnswerSets(Outcome.SATISFIABLE, tuple(found), costs)

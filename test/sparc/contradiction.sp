@@ -1,0 +1,5 @@
+predicates
+p().
+rules
+p. -p.
+%= none

@@ -1,0 +1,6 @@
+predicates
+a(). b().
+rules
+a :+.
+:- not b.
+%= none

@@ -1,0 +1,6 @@
+predicates
+a(). b().
+rules
+a :+.
+b :- not a.
+%= b

@@ -1,0 +1,5 @@
+predicates
+a(). b().
+rules
+a | b. a :- b. b :- a.
+%= a b

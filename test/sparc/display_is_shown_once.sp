@@ -1,0 +1,7 @@
+predicates
+a(). b().
+rules
+a. {b}.
+display
+a.
+%= a

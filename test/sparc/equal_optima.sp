@@ -1,0 +1,7 @@
+predicates
+a(). b(). c().
+rules
+a | b. {c}.
+:~ c.
+%= a
+%= b

@@ -1,0 +1,7 @@
+sorts
+#s = a..d.
+predicates
+p(#s).
+rules
+p(X) :- X != b.
+%= p(a) p(c) p(d)
