@@ -42,7 +42,7 @@ FIGURES = (
 )
 _KNOWLEDGE = "incomplete"
 _OBJECTS = 5
-_REPEATS = 5
+_REPEATS = 3
 
 
 def measure(options: BenchOptions) -> Measured:
@@ -52,8 +52,8 @@ def measure(options: BenchOptions) -> Measured:
 
     camera = CameraEngine(SimulatedCameraConfiguration(noise=NOISE))
     looker = Looker(camera, options.seed)
-    images = 10 if options.quick else 100
-    shown = 3 if options.quick else 30
+    images = 6 if options.quick else 100
+    shown = 1 if options.quick else 30
     try:
         views = [looker.look(number) for number in range(images)]
         scenes: list[SeenScene] = []
@@ -68,7 +68,7 @@ def measure(options: BenchOptions) -> Measured:
         camera.close()
     samples = samples_of(WAYS["query"], views, _KNOWLEDGE)
     schedule = TrainingConfiguration(
-        iterations=40 if options.quick else 600, patience=8, flip=True, seed=options.seed
+        iterations=10 if options.quick else 600, patience=8, flip=True, seed=options.seed
     )
     start = time.process_time()
     trained = train(QueryNetworkConfiguration(side=SIDE), samples, schedule)
