@@ -5,7 +5,14 @@ import numpy as np
 from ros_scenesense.demo.record import Image, RunRecord
 from ros_scenesense.demo.summary import RunInfo
 from ros_scenesense.geometry import Box, Pose
-from ros_scenesense.messages.attention import Estimate, Estimates, ObjectEstimate
+from ros_scenesense.messages.attention import (
+    Estimate,
+    Estimates,
+    ObjectEstimate,
+    Roi,
+    Rois,
+    StructureEstimate,
+)
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, PerceivedObject, Relation, Relations
 from ros_scenesense.messages.health import Heartbeat
@@ -49,6 +56,8 @@ DEFAULT_UNSTABLE = Belief(
     status=DecisionStatus.BY_DEFAULT, value=False, axioms=["s3"], why="s3: small_base(<b>)"
 )
 UNDECIDED = Belief(status=DecisionStatus.UNDECIDED)
+NOBODY = Estimate(value=None, source="none")
+NETWORK_VISIBLE = Estimate(value=False, source="network", probability=0.87)
 
 
 def scene_id(number: int) -> str:
@@ -56,7 +65,11 @@ def scene_id(number: int) -> str:
 
 
 def parts(number: int, names=("red_cube", "duck"), stable=None, label=Truth.TRUE) -> list:
-    """All messages and images about a scene with a tower of two objects, in order."""
+    """All messages and images about a scene with a tower of two objects, in order.
+
+    Reasoning decides about stability, the network whether the lower object is occluded, and nobody
+    whether the upper one is.
+    """
     stable = stable or [STRICT_STABLE, DEFAULT_UNSTABLE]
     about = {"stamp": Stamp.of(number + 1), "scene_id": scene_id(number)}
     lower, upper = names
@@ -88,7 +101,18 @@ def parts(number: int, names=("red_cube", "duck"), stable=None, label=Truth.TRUE
     ]
     verdicts += [verdict(Task.OCCLUSION, [name], UNDECIDED, Truth.FALSE) for name in names]
     verdicts.append(verdict(Task.STABILITY, pair, structure.stable, label, "structure"))
-    none = Estimate(value=None, source="none")
+    final = [estimate(belief) for belief in stable]
+    roi = Roi(
+        task=Task.OCCLUSION,
+        left=10,
+        top=4,
+        width=10,
+        height=16,
+        objects=list(names),
+        targets=list(names),
+        axioms=["o1"],
+        relations=["behind"],
+    )
     return [
         Scene(mode="testing", objects=known, **about),
         Image(number + 1, np.full((24, 32, 3), 90, np.uint8)),
@@ -118,14 +142,25 @@ def parts(number: int, names=("red_cube", "duck"), stable=None, label=Truth.TRUE
             **about,
         ),
         Verdicts(use="evaluate", verdicts=verdicts, **about),
+        Rois(knowledge_revision="k", rois=[roi], **about),
         Estimates(
-            objects=[ObjectEstimate(name=name, stable=none, occluded=none) for name in names],
-            structures=[],
+            objects=[
+                ObjectEstimate(name=lower, stable=final[0], occluded=NETWORK_VISIBLE),
+                ObjectEstimate(name=upper, stable=final[1], occluded=NOBODY),
+            ],
+            structures=[StructureEstimate(members=pair, stable=estimate(structure.stable))],
             knowledge_revision="k",
             trust_revision=0,
             **about,
         ),
     ]
+
+
+def estimate(belief: Belief) -> Estimate:
+    if belief.value is None:
+        return NOBODY
+    by_default = belief.status is DecisionStatus.BY_DEFAULT
+    return Estimate(value=belief.value, source="default" if by_default else "reasoning")
 
 
 def verdict(task, subject, belief, label, kind="object") -> Verdict:

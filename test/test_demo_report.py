@@ -4,6 +4,7 @@ import re
 from html.parser import HTMLParser
 
 import demo_samples as samples
+import msgspec
 import numpy as np
 import pytest
 
@@ -11,8 +12,9 @@ from ros_scenesense.demo import report as report_module
 from ros_scenesense.demo.overlay import outline, place_tags
 from ros_scenesense.demo.report import render, write_report
 from ros_scenesense.demo.summary import RunEnd, summarise
+from ros_scenesense.messages.attention import Estimate
 
-VOID = {"meta", "br", "image", "path", "rect"}
+VOID = {"meta", "br", "image", "path", "rect", "wbr"}
 
 
 def page(record, end=None):
@@ -65,6 +67,35 @@ def test_shows_every_scene_with_names_decisions_and_verdicts():
 
 def test_decisions_are_explained_in_short_where_they_are():
     assert '<span class="why">small_base(&lt;b&gt;)</span>' in page(samples.run(samples.parts(0)))
+
+
+def test_who_decided_is_told_of_every_decision():
+    text = page(samples.run(samples.parts(0)))
+    tree = parse(text)
+    assert tree.texts.count("network 87%") == 1
+    assert '<span class="word no">not occluded</span> <span class="badge network">' in text
+    assert '<span class="word open">—</span> <span class="badge undecided">' in text
+    assert text.count('<span class="badge strict">strict</span></span>') == 1
+    assert "Who decided" in tree.texts
+
+
+def test_a_network_that_contradicts_says_what_reasoning_said():
+    parts = samples.parts(0)
+    estimates = parts[-1]
+    first = msgspec.structs.replace(
+        estimates.objects[1], stable=Estimate(value=True, source="network", probability=0.998)
+    )
+    objects = [estimates.objects[0], first]
+    text = page(samples.run([*parts[:-1], msgspec.structs.replace(estimates, objects=objects)]))
+    assert "network &gt;99%" in text
+    assert "reasoning: unstable by default" in text
+    assert "✓ physics agrees" in text
+
+
+def test_regions_of_interest_are_drawn_with_their_reason():
+    text = page(samples.run(samples.parts(0)))
+    assert '<rect class="region occlusion" x="12" y="6" width="6" height="12">' in text
+    assert "<title>occlusion of red_cube, duck; relations behind; axioms o1</title>" in text
 
 
 def test_needs_no_other_file_and_no_network():

@@ -58,6 +58,12 @@ def test_scenes_go_through_the_real_graph(tmp_path):
     assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3
     assert summary.tasks["stability"].wrong == 0
+    for task, final in summary.finals.items():
+        reasoned = summary.tasks[task]
+        open_after_reasoning = reasoned.total - reasoned.strict - reasoned.by_default
+        assert final.total == reasoned.total
+        assert final.by_source["network"].total + final.undecided == open_after_reasoning
+    assert summary.finals["stability"].by_source["network"].total > 0
     assert summary.knowledge.axioms
     report = (tmp_path / "report.html").read_text()
     assert len(re.findall('class="card scene"', report)) == 3
@@ -136,6 +142,9 @@ def test_whatever_ends_the_run_it_is_written(tmp_path, monkeypatch, behaviour, o
         (["--seed", "1.5"], "seed", "an integer"),
         (["--params", "/no/such/file.yaml"], "/no/such/file.yaml", ""),
         (["--out", "/dev/null/x"], "/dev/null/x", ""),
+        (["-p", "reasoner.withheld"], "reasoner.withheld", "node.parameter=value"),
+        (["-p", "reasoner.with_held=s1"], "with_held", "withheld"),
+        (["-p", "simulated_camera.scenes=3"], "simulated_camera.scenes", "--scenes"),
     ],
 )
 def test_wrong_values_end_with_one_line_and_exit_code_2(

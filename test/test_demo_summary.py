@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ros_scenesense.demo.finals import FinalSummary, summarise_final
 from ros_scenesense.demo.record import Decision, RunRecord, Subject
 from ros_scenesense.demo.summary import (
     RunEnd,
@@ -107,11 +108,35 @@ def test_figures_of_a_run():
     assert summary.knowledge.axioms == ["s1", "s2", "s3"]
 
 
+def test_figures_of_the_final_decisions():
+    summary = summarise(samples.run(samples.parts(0), samples.parts(1)), samples.INFO, DONE)
+    stability, occlusion = summary.finals["stability"], summary.finals["occlusion"]
+    counts = {name: (each.right, each.wrong) for name, each in stability.by_source.items()}
+    assert counts == {"reasoning": (2, 0), "default": (0, 2), "network": (0, 0)}
+    assert (stability.decided_share, stability.accuracy) == (1.0, 0.5)
+    assert (stability.reasoning_decided_share, stability.reasoning_accuracy) == (1.0, 0.5)
+    assert occlusion.by_source["network"].right == 2
+    assert (occlusion.undecided, occlusion.decided_share, occlusion.accuracy) == (2, 0.5, 1.0)
+    assert (occlusion.reasoning_decided_share, occlusion.reasoning_accuracy) == (0.0, None)
+    assert (occlusion.right_share, occlusion.reasoning_right_share) == (0.5, 0.0)
+    stack = summary.finals["stack_stability"]
+    assert stack.by_source["default"].wrong == stack.total == 2
+
+
+def test_without_estimates_nobody_decided_in_the_end():
+    record = samples.run(samples.parts(0)[:-1], [samples.lost(0)])
+    (scene,) = record.in_order()
+    assert {decision.estimate.source for decision in scene.decisions()} == {"none"}
+    assert {decision.final_right for decision in scene.decisions()} == {None}
+
+
 def test_an_ambiguous_label_leaves_decisions_unjudged():
     record = samples.run(samples.parts(0, label=Truth.AMBIGUOUS))
     stability = summarise(record, samples.INFO, DONE).tasks["stability"]
     assert (stability.unjudged, stability.default_unjudged) == (1, 1)
     assert stability.right + stability.wrong + stability.default_right == 0
+    final = summarise(record, samples.INFO, DONE).finals["stability"]
+    assert (final.judged, final.accuracy, final.decided_share) == (0, None, 1.0)
 
 
 def test_nothing_seen_still_gives_a_summary(tmp_path):
@@ -135,7 +160,7 @@ def test_summary_json_follows_its_schema_and_leaves_no_other_file(tmp_path):
         read_summary(tmp_path / "summary.json")
 
 
-@pytest.mark.parametrize("struct", [Summary, TaskSummary])
+@pytest.mark.parametrize("struct", [Summary, FinalSummary, TaskSummary])
 def test_every_field_is_documented(struct):
     documented = (resource("config").parent / "docs" / "summary.md").read_text(encoding="utf-8")
     missing = [name for name in struct.__struct_fields__ if f"`{name}`" not in documented]
@@ -150,6 +175,10 @@ DECISIONS = st.lists(
         belief=st.builds(Belief, status=st.sampled_from(DecisionStatus)),
         label=st.none(),
         right=st.sampled_from([True, False, None]),
+        estimate=st.sampled_from(
+            [samples.NOBODY, samples.NETWORK_VISIBLE, samples.estimate(samples.STRICT_STABLE)]
+        ),
+        final_right=st.sampled_from([True, False, None]),
     )
 )
 
@@ -160,7 +189,10 @@ def test_counts_add_up_and_shares_are_shares(decisions):
     assert task.total == len(decisions)
     assert task.strict == task.right + task.wrong + task.unjudged
     assert task.by_default == task.default_right + task.default_wrong + task.default_unjudged
+    final = summarise_final(decisions)
+    assert final.total == len(decisions)
     shares = (task.strict_accuracy, task.default_accuracy, task.strict_share, task.decided_share)
+    shares += (final.accuracy, final.decided_share, final.reasoning_decided_share)
     assert all(share is None or 0.0 <= share <= 1.0 for share in shares)
 
 

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import signal
 import sys
 from typing import Any
 
 from rich.console import Console
 
+from ros_scenesense.cli.launch import add_overrides_argument, parse_overrides
 from ros_scenesense.demo.run import Demo, DemoOptions, show_result
 from ros_scenesense.parameters import build, parameters_of
 
+_EPILOG = """\
+`-p reasoner.withheld=s1,s2,s3,o1,o2,o3` leaves out six axioms, so that most is left to the network;
+`-p attention.network=none` leaves it all to reasoning.
+"""
 _EXIT_CODES = {"complete": 0, "timed_out": 1, "failed": 1, "interrupted": 130}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds one option per field of `DemoOptions`."""
+    """Adds one option per parameter of `DemoOptions`, and `-p` for those of the nodes."""
     for option in parameters_of(DemoOptions):
         known = option.default not in ("", -1)
         parser.add_argument(
@@ -26,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help=f"{option.description} ({option.allowed}"
             + (f"; default {option.default})" if known else ")"),
         )
+    add_overrides_argument(parser)
+    parser.epilog = _EPILOG
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -38,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     options = build(
         DemoOptions, {name: value for name, value in given.items() if value is not None}
     )
+    options = dataclasses.replace(options, overrides=parse_overrides(arguments.overrides))
     console = _console()
     signal.signal(signal.SIGTERM, _interrupt)
     result = Demo(options, console).run()

@@ -61,14 +61,7 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--params", type=Path, metavar="FILE", help="params YAML keyed by node (scenesense params)"
     )
-    parser.add_argument(
-        "-p",
-        dest="overrides",
-        action="append",
-        metavar="NODE.PARAMETER=VALUE",
-        default=[],
-        help="set one parameter, stronger than the params file; may be repeated",
-    )
+    add_overrides_argument(parser)
     add_domain_arguments(parser)
     parser.add_argument(
         "--log-dir",
@@ -76,6 +69,18 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder of the nodes' logs (default: a new one under "
         f"{platformdirs.user_log_path('scenesense', appauthor=False)})",
+    )
+
+
+def add_overrides_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares `-p`, which sets parameters of nodes."""
+    parser.add_argument(
+        "-p",
+        dest="overrides",
+        action="append",
+        metavar="NODE.PARAMETER=VALUE",
+        default=[],
+        help="set one parameter, stronger than the params file; may be repeated",
     )
 
 

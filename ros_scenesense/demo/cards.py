@@ -11,6 +11,7 @@ import numpy as np
 
 from ros_scenesense.demo.overlay import Outline, Tag, outline, place_tags
 from ros_scenesense.demo.record import Decision, Image, RunRecord, SceneRecord, Subject
+from ros_scenesense.messages.attention import Roi
 from ros_scenesense.messages.grounding import PerceivedObject, Relation
 from ros_scenesense.scene import DecisionStatus, Distance, Position, Truth
 
@@ -41,15 +42,16 @@ Decisions = Mapping[tuple[Subject, tuple[str, ...]], Decision]
 
 @dataclass(frozen=True)
 class Cell:
-    """A decision in words.
+    """A final decision in words.
 
     Attributes:
         look: Style of the value: yes, no or open.
         word: The value, e.g. `unstable`.
-        status: Style of the badge, a `DecisionStatus`.
-        badge: How it was decided, in words.
-        axioms: Ids of the axioms that derived it.
-        why: The short explanation; empty if there is none.
+        status: Style of the badge: a `DecisionStatus`, or `network`.
+        badge: Who decided it and how, in words.
+        reasoning: What stood against it where the network decided, e.g. `inconsistent`; else empty.
+        axioms: Ids of the axioms that reasoning used.
+        why: Its short explanation; empty if there is none.
         judgement: right, wrong, or none.
         truth: What physics says of it, in words; empty if it says nothing.
     """
@@ -58,6 +60,7 @@ class Cell:
     word: str
     status: str
     badge: str
+    reasoning: str
     axioms: list[str]
     why: str
     judgement: str
@@ -87,6 +90,18 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Region:
+    """A region of interest in the image, pixels; `words` say why it is one."""
+
+    task: str
+    left: int
+    top: int
+    width: int
+    height: int
+    words: str
+
+
+@dataclass(frozen=True)
 class Card:
     """One scene of the report."""
 
@@ -97,6 +112,7 @@ class Card:
     width: int
     height: int
     drawings: list[Drawing]
+    regions: list[Region]
     rows: list[Row]
     relations: list[tuple[str, str, str, str]]
     latency_ms: float | None
@@ -121,11 +137,12 @@ def make_card(scene: SceneRecord, record: RunRecord) -> Card:
         width=width,
         height=height,
         drawings=_drawings(instances, objects, decisions) if instances else [],
+        regions=[_region(roi) for roi in scene.rois.rois] if scene.rois else [],
         rows=rows,
         relations=[_relation(r) for r in scene.relations.relations] if scene.relations else [],
         latency_ms=scene.latency_ms,
-        wrong=sum(decision.right is False for decision in shown),
-        undecided=sum(not decision.decided for decision in shown),
+        wrong=sum(decision.final_right is False for decision in shown),
+        undecided=sum(decision.estimate.value is None for decision in shown),
     )
 
 
@@ -167,17 +184,46 @@ def _cell(decision: Decision, visible_fraction: float | None = None) -> Cell:
     yes, no = ("stable", "unstable")
     if decision.subject is Subject.OCCLUSION:
         yes, no = ("occluded", "not occluded")
-    belief = decision.belief
+    belief, estimate = decision.belief, decision.estimate
+    words = {True: yes, False: no, None: "—"}
+    status, badge = _badge(decision)
+    reasoning = ""
+    if estimate.source == "network" and belief.status is not DecisionStatus.UNDECIDED:
+        said = f"{words[belief.value]} " if belief.value is not None else ""
+        reasoning = f"{said}{_STATUS_WORDS[belief.status]}"
     return Cell(
-        look={True: "yes", False: "no", None: "open"}[belief.value],
-        word={True: yes, False: no, None: "—"}[belief.value],
-        status=belief.status.value,
-        badge=_STATUS_WORDS[belief.status],
+        look={True: "yes", False: "no", None: "open"}[estimate.value],
+        word=words[estimate.value],
+        status=status,
+        badge=badge,
+        reasoning=reasoning,
         axioms=list(belief.axioms),
         why=belief.why,
-        judgement={True: "right", False: "wrong", None: "none"}[decision.right],
+        judgement={True: "right", False: "wrong", None: "none"}[decision.final_right],
         truth=_truth(decision, yes, no, visible_fraction),
     )
+
+
+def _badge(decision: Decision) -> tuple[str, str]:
+    """Style and words of who decided."""
+    estimate = decision.estimate
+    if estimate.source == "network":
+        return "network", f"network {_surely(estimate.probability)}".rstrip()
+    status = decision.belief.status
+    if estimate.source != "none":
+        by_default = estimate.source == "default"
+        status = DecisionStatus.BY_DEFAULT if by_default else DecisionStatus.STRICT
+    elif decision.decided:
+        # The estimates did not come, or know nothing of it.
+        status = DecisionStatus.UNDECIDED
+    return status.value, _STATUS_WORDS[status]
+
+
+def _surely(probability: float | None) -> str:
+    if probability is None:
+        return ""
+    # No network is ever certain.
+    return ">99%" if probability > 0.99 else f"{probability:.0%}"
 
 
 def _truth(decision: Decision, yes: str, no: str, visible_fraction: float | None) -> str:
@@ -185,8 +231,8 @@ def _truth(decision: Decision, yes: str, no: str, visible_fraction: float | None
     truth = words[decision.label]
     if decision.subject is Subject.OCCLUSION and truth and visible_fraction is not None:
         visible = f"{visible_fraction:.0%} visible"
-        return visible if decision.right is not None else f"{visible}: {truth}"
-    if decision.right:
+        return visible if decision.final_right is not None else f"{visible}: {truth}"
+    if decision.final_right:
         return "physics agrees"
     return f"physics: {truth}" if truth else ""
 
@@ -203,6 +249,16 @@ def _details(seen: PerceivedObject) -> str:
 def _relation(relation: Relation) -> tuple[str, str, str, str]:
     position, distance = _POSITION_WORDS[relation.position], _DISTANCE_WORDS[relation.distance]
     return relation.object, position, relation.reference, distance
+
+
+def _region(roi: Roi) -> Region:
+    reasons = [f"{roi.task.value} of {', '.join(roi.targets)}"]
+    if roi.relations:
+        reasons.append(f"relations {', '.join(roi.relations)}")
+    if roi.axioms:
+        reasons.append(f"axioms {', '.join(roi.axioms)}")
+    words = "; ".join(reasons)
+    return Region(roi.task.value, roi.left, roi.top, roi.width, roi.height, words)
 
 
 def _drawings(

@@ -13,7 +13,7 @@ from std_msgs.msg import Float32, String
 
 from ros_scenesense.demo.record import Image, RunRecord
 from ros_scenesense.errors import FrameError, MessageError
-from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.attention import Estimates, Rois
 from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode
 from ros_scenesense.messages.grounding import Objects, Relations
@@ -34,6 +34,7 @@ _MESSAGES: tuple[type[AnyMessage], ...] = (
     Relations,
     Beliefs,
     Verdicts,
+    Rois,
     Estimates,
     Knowledge,
     Heartbeat,

@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.attention import Estimate, Estimates, Rois
 from ros_scenesense.messages.base import AnyMessage, SceneMessage
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
@@ -31,10 +31,12 @@ _PARTS: dict[type[SceneMessage], str] = {
     Objects: "objects",
     Relations: "relations",
     Beliefs: "beliefs",
+    Rois: "rois",
     Estimates: "estimates",
     Verdicts: "verdicts",
     SceneLost: "lost",
 }
+_NOBODY = Estimate(value=None, source="none")
 
 
 class Subject(StrEnum):
@@ -48,7 +50,7 @@ class Subject(StrEnum):
 
 @dataclass(frozen=True)
 class Decision:
-    """A belief together with what physics says of it.
+    """What reasoning believes, what was decided in the end, and what physics says of both.
 
     Attributes:
         subject: The task, and whether it is about an object, a structure or a stack.
@@ -56,6 +58,8 @@ class Decision:
         belief: What reasoning decided.
         label: The truth; None where nobody labelled.
         right: Whether a decided belief agrees with a label that is clear; else None.
+        estimate: What was decided in the end, and by whom.
+        final_right: Whether that agrees with a label that is clear; None if nobody decided.
     """
 
     subject: Subject
@@ -63,6 +67,8 @@ class Decision:
     belief: Belief
     label: Truth | None
     right: bool | None
+    estimate: Estimate = _NOBODY
+    final_right: bool | None = None
 
     @property
     def decided(self) -> bool:
@@ -90,6 +96,7 @@ class SceneRecord:
     objects: Objects | None = None
     relations: Relations | None = None
     beliefs: Beliefs | None = None
+    rois: Rois | None = None
     estimates: Estimates | None = None
     verdicts: Verdicts | None = None
     lost: SceneLost | None = None
@@ -107,8 +114,9 @@ class SceneRecord:
     @property
     def is_complete(self) -> bool:
         """Whether no message is missing."""
-        parts = (self.scene, self.labels, self.objects, self.relations, self.beliefs)
-        return all(part is not None for part in (*parts, self.verdicts, self.estimates))
+        seen = (self.scene, self.labels, self.objects, self.relations)
+        concluded = (self.beliefs, self.verdicts, self.rois, self.estimates)
+        return all(part is not None for part in (*seen, *concluded))
 
     @property
     def latency_ms(self) -> float | None:
@@ -118,22 +126,38 @@ class SceneRecord:
         return (self.settled_ns - self.estimates.stamp.nanoseconds) / 1e6
 
     def decisions(self) -> Iterator[Decision]:
-        """Every belief with its verdict; a real stack is given twice, also as a stack."""
+        """Everything there is to decide; a real stack is given twice, also as a stack."""
         if self.beliefs is None:
             return
+        estimates = self._estimates()
         for about in self.beliefs.objects:
             for subject, task, belief in (
                 (Subject.STABILITY, Task.STABILITY, about.stable),
                 (Subject.OCCLUSION, Task.OCCLUSION, about.occluded),
             ):
                 verdict = self._verdict("object", task, [about.name])
-                yield _decision(subject, (about.name,), belief, verdict)
+                estimate = estimates.get((task, (about.name,)), _NOBODY)
+                yield _decision(subject, (about.name,), belief, verdict, estimate)
         for structure in self.beliefs.structures:
             members = tuple(structure.members)
             verdict = self._verdict("structure", Task.STABILITY, structure.members)
-            yield _decision(Subject.STRUCTURE_STABILITY, members, structure.stable, verdict)
+            estimate = estimates.get((Task.STABILITY, members), _NOBODY)
+            about_all = (members, structure.stable, verdict, estimate)
+            yield _decision(Subject.STRUCTURE_STABILITY, *about_all)
             if len(members) > 1:
-                yield _decision(Subject.STACK_STABILITY, members, structure.stable, verdict)
+                yield _decision(Subject.STACK_STABILITY, *about_all)
+
+    def _estimates(self) -> dict[tuple[Task, tuple[str, ...]], Estimate]:
+        if self.estimates is None:
+            return {}
+        found: dict[tuple[Task, tuple[str, ...]], Estimate] = {}
+        # A structure of one is as stable as its object.
+        for structure in self.estimates.structures:
+            found[Task.STABILITY, tuple(structure.members)] = structure.stable
+        for each in self.estimates.objects:
+            found[Task.STABILITY, (each.name,)] = each.stable
+            found[Task.OCCLUSION, (each.name,)] = each.occluded
+        return found
 
     def _verdict(self, kind: str, task: Task, names: list[str]) -> Verdict | None:
         if self.verdicts is None:
@@ -273,9 +297,16 @@ class RunRecord:
 
 
 def _decision(
-    subject: Subject, names: tuple[str, ...], belief: Belief, verdict: Verdict | None
+    subject: Subject,
+    names: tuple[str, ...],
+    belief: Belief,
+    verdict: Verdict | None,
+    estimate: Estimate,
 ) -> Decision:
-    right = None
+    right, final_right = None, None
     if verdict is not None and verdict.verdict in ("right", "wrong"):
         right = verdict.verdict == "right"
-    return Decision(subject, names, belief, verdict.label if verdict else None, right)
+    label = verdict.label if verdict else None
+    if estimate.value is not None and label in (Truth.TRUE, Truth.FALSE):
+        final_right = estimate.value == (label is Truth.TRUE)
+    return Decision(subject, names, belief, label, right, estimate, final_right)

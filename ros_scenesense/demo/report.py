@@ -14,6 +14,7 @@ from typing import Any
 import jinja2
 
 from ros_scenesense.demo.cards import make_card
+from ros_scenesense.demo.finals import DECIDERS, summarise_final
 from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.record import MAX_FRAMES, Decision, RunRecord, Subject
 from ros_scenesense.demo.summary import Latency, Summary, summarise_task
@@ -67,7 +68,10 @@ def render(record: RunRecord, summary: Summary) -> str:
     settled = record.settled()
     context: dict[str, Any] = {
         "summary": summary,
-        "headline": summarise_task(_about_objects(record)),
+        "headline": summarise_final(_about_objects(record)),
+        "strict": summarise_task(_about_objects(record)),
+        "deciders": DECIDERS,
+        "finals": [(SUBJECT_TITLES[Subject(key)], final) for key, final in summary.finals.items()],
         "tasks": [(SUBJECT_TITLES[Subject(key)], task) for key, task in summary.tasks.items()],
         "cards": [make_card(scene, record) for scene in settled[:MAX_FRAMES]],
         "left_out": max(0, len(settled) - MAX_FRAMES),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -37,7 +38,7 @@ _NOT_GIVEN = -1
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """What the user may choose."""
+    """What the user may choose; `overrides` are values per node and parameter."""
 
     scenes: int = parameter(20, "number of scenes", minimum=1, maximum=1000)
     seed: int = parameter(0, "seed of the scenes; same seed, same scenes", minimum=0)
@@ -59,6 +60,7 @@ class DemoOptions:
         "seconds for all scenes once the nodes are ready; if not given 60 and 5 a scene",
         minimum=1.0,
     )
+    overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     @property
     def timeout_s(self) -> float:
@@ -73,6 +75,9 @@ class DemoOptions:
             value = getattr(self, name)
             if value != "":
                 words += [f"--{name}", str(value)]
+        for node, values in self.overrides.items():
+            for name, value in values.items():
+                words += ["-p", f"{node}.{name}={value}"]
         return shlex.join(words)
 
 
@@ -187,10 +192,18 @@ class Demo:
             "arrangement": self._options.arrangement,
             "session": self._info.session,
         }
+        overrides = dict(self._options.overrides)
+        chosen = overrides.get("simulated_camera", {})
+        for name in camera.keys() & chosen.keys():
+            raise ParameterError(
+                f"-p simulated_camera.{name}: the demo chooses it; "
+                "say --scenes, --seed or --arrangement"
+            )
+        overrides["simulated_camera"] = {**chosen, **camera}
         return GraphOptions(
             domain_id=self._info.domain_id,
             parameters_file=Path(self._options.params) if self._options.params else None,
-            overrides={"simulated_camera": camera},
+            overrides=overrides,
             state_dir=self._folder / "state",
             log_dir=self._folder / "logs",
         )
@@ -213,7 +226,7 @@ def show_result(result: DemoResult, console: Console) -> None:
     """Prints the tables of a run, and where its files are."""
     summary = result.summary
     scenes = result.record.settled()
-    parts = [totals_table(summary.tasks), legend(), latency_line(result.record)]
+    parts = [totals_table(summary.finals), legend(), latency_line(result.record)]
     if console.is_terminal:  # else every scene has had its line
         parts.insert(0, scenes_table(scenes[-_SHOWN_SCENES:]))
     for part in parts:

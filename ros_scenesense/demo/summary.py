@@ -10,7 +10,8 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord, Subject
+from ros_scenesense.demo.finals import FinalSummary, by_subject, share, summarise_finals
+from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord
 from ros_scenesense.messages.reasoning import Knowledge
 from ros_scenesense.nodes.registry import NODES
 from ros_scenesense.provenance import machine, versions
@@ -25,7 +26,7 @@ class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class TaskSummary(_Part, frozen=True):
-    """Decisions about one task: how they were made, and how many physics agrees with.
+    """What reasoning alone decided about one task: how, and how often physics agrees.
 
     `right`, `wrong`, `unjudged` are about the strict decisions, `default_*` about those by
     default. Shares are None where they would divide by zero.
@@ -102,6 +103,7 @@ class Summary(
     ready_s: float | None
     scenes_s: float | None
     scenes_per_s: float | None
+    finals: dict[str, FinalSummary]
     tasks: dict[str, TaskSummary]
     end_to_end: Latency | None
     latency: dict[str, Latency]
@@ -160,6 +162,7 @@ def summarise(record: RunRecord, info: RunInfo, end: RunEnd) -> Summary:
         ready_s=_rounded(end.ready_s),
         scenes_s=_rounded(end.scenes_s),
         scenes_per_s=_rounded(scenes / end.scenes_s if end.scenes_s else None),
+        finals=summarise_finals(record.decisions()),
         tasks=summarise_tasks(record.decisions()),
         end_to_end=summarise_latency(latencies) if latencies else None,
         latency={
@@ -180,15 +183,13 @@ def graph_order(name: str) -> tuple[int, str]:
 
 
 def summarise_tasks(decisions: Iterable[Decision]) -> dict[str, TaskSummary]:
-    """Counts decisions per subject; every subject is present, with zeros if need be."""
-    by_subject: dict[Subject, list[Decision]] = {subject: [] for subject in Subject}
-    for decision in decisions:
-        by_subject[decision.subject].append(decision)
-    return {subject.value: summarise_task(found) for subject, found in by_subject.items()}
+    """Counts what reasoning decided, per subject; every subject is present."""
+    grouped = by_subject(decisions).items()
+    return {subject.value: summarise_task(found) for subject, found in grouped}
 
 
 def summarise_task(decisions: Sequence[Decision]) -> TaskSummary:
-    """Counts decisions, whatever they are about."""
+    """Counts what reasoning decided, whatever it is about."""
 
     def count(status: DecisionStatus) -> int:
         return sum(decision.belief.status is status for decision in decisions)
@@ -215,10 +216,10 @@ def summarise_task(decisions: Sequence[Decision]) -> TaskSummary:
         default_right=default_right,
         default_wrong=default_wrong,
         default_unjudged=by_default - default_right - default_wrong,
-        strict_accuracy=_share(right, right + wrong),
-        default_accuracy=_share(default_right, default_right + default_wrong),
-        strict_share=_share(strict, len(decisions)),
-        decided_share=_share(strict + by_default, len(decisions)),
+        strict_accuracy=share(right, right + wrong),
+        default_accuracy=share(default_right, default_right + default_wrong),
+        strict_share=share(strict, len(decisions)),
+        decided_share=share(strict + by_default, len(decisions)),
     )
 
 
@@ -255,10 +256,6 @@ def _knowledge(knowledge: Knowledge) -> KnowledgeSummary:
     return KnowledgeSummary(
         revision=knowledge.revision, axioms=[axiom.id for axiom in knowledge.axioms]
     )
-
-
-def _share(part: int, whole: int) -> float | None:
-    return round(part / whole, 4) if whole else None
 
 
 def _rounded(value: float | None) -> float | None:

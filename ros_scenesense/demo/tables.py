@@ -9,60 +9,57 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ros_scenesense.demo.finals import DECIDERS, FinalSummary, SourceSummary, summarise_final
 from ros_scenesense.demo.record import RunRecord, SceneRecord, Subject
-from ros_scenesense.demo.summary import (
-    Summary,
-    TaskSummary,
-    graph_order,
-    summarise_latency,
-    summarise_task,
-)
+from ros_scenesense.demo.summary import Summary, graph_order, summarise_latency
 
 TITLES = {
     Subject.STABILITY: "object is stable",
     Subject.OCCLUSION: "object is occluded",
     Subject.STRUCTURE_STABILITY: "structure is stable",
-    Subject.STACK_STABILITY: "… of which real stacks",
+    Subject.STACK_STABILITY: "… of real stacks",
 }
 _LEGEND = (
-    "✓ physics agrees   ✗ it disagrees   ? it cannot tell   ! axioms contradict each other\n"
-    "strict: follows without exception   default: normally so   open: not decided"
+    "✓ physics agrees   ✗ it disagrees   ? it cannot tell   open: nobody decided\n"
+    "strict: follows without exception   default: normally so   network: where axioms say nothing\n"
+    "right: of all whose truth is clear, decided or not"
 )
+_COLUMNS = (("strict", 6), ("default", 7), ("network", 7), ("open", 4))
+_SAID = {"reasoning": "strict", "default": "by default", "network": "by the network"}
 
 
 def scenes_table(scenes: Sequence[SceneRecord]) -> Table:
-    """One row per scene: how each task was decided, and whether physics agrees."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1))
+    """One row per scene: who decided each task in the end, and whether physics agrees."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
     table.add_column("\nscene", justify="right")
     table.add_column("\nobjects", justify="right")
     for task in ("Stable?", "Occluded?"):
-        table.add_column(f"{task}\nstrict", min_width=8)
-        table.add_column("\ndefault", min_width=8)
-        table.add_column("\nopen", min_width=4)
+        for number, (title, width) in enumerate(_COLUMNS):
+            table.add_column(f"{'' if number else task}\n{title}", min_width=width)
     table.add_column("\nms", justify="right", min_width=4)
     for scene in scenes:
         table.add_row(*_scene_cells(scene))
     return table
 
 
-def totals_table(tasks: dict[str, TaskSummary]) -> Table:
-    """The counts of a run, one row per task."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1))
-    table.add_column("totals", min_width=22)
-    table.add_column("strict", min_width=9)
-    table.add_column("accuracy", justify="right")
-    table.add_column("default", min_width=9)
-    table.add_column("open", min_width=5)
-    table.add_column("decided", justify="right")
+def totals_table(finals: dict[str, FinalSummary]) -> Table:
+    """Who decided in a run, one row per task, beside what reasoning alone decided."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
+    table.add_column("\nwho decided", min_width=19)
+    for title, width in _COLUMNS:
+        table.add_column(f"\n{title}", min_width=width)
+    for whose in ("finally", "reasoning"):
+        table.add_column(f"{whose}\ndecided", justify="right")
+        table.add_column("\nright", justify="right")
     for subject, title in TITLES.items():
-        task = tasks[subject]
+        final = finals[subject]
         table.add_row(
             title,
-            _strict(task),
-            _percent(task.strict_accuracy),
-            _default(task),
-            _open(task),
-            _percent(task.decided_share),
+            *_who_decided(final),
+            _percent(final.decided_share),
+            _percent(final.right_share),
+            _percent(final.reasoning_decided_share),
+            _percent(final.reasoning_right_share),
         )
     return table
 
@@ -89,12 +86,14 @@ def scene_line(scene: SceneRecord, asked: int) -> str:
         return f"{start}lost, {scene.lost.reason if scene.lost else ''}"
     words = [f"{_object_count(scene)} objects"]
     for subject, title in ((Subject.STABILITY, "stable"), (Subject.OCCLUSION, "occluded")):
-        task = _task_of(scene, subject)
-        words.append(
-            f"{title}? {task.strict} strict ({_judged(task.right, task.wrong)}), "
-            f"{task.by_default} by default ({_judged(task.default_right, task.default_wrong)}), "
-            f"{task.total - task.strict - task.by_default} open"
-        )
+        final = _final_of(scene, subject)
+        counts = [
+            f"{source.total} {_SAID[name]} ({source.right} right, {source.wrong} wrong)"
+            for name, source in final.by_source.items()
+            if source.total
+        ]
+        counts += [f"{final.undecided} open"] if final.undecided else []
+        words.append(f"{title}? {', '.join(counts) or 'nothing to decide'}")
     if scene.latency_ms is not None:
         words.append(f"{scene.latency_ms:.0f} ms")
     return start + "; ".join(words)
@@ -128,43 +127,32 @@ def _scene_cells(scene: SceneRecord) -> list[RenderableType]:
         return [number, "", Text("lost", style="bold red")]
     cells: list[RenderableType] = [number, str(_object_count(scene))]
     for subject in (Subject.STABILITY, Subject.OCCLUSION):
-        task = _task_of(scene, subject)
-        cells += [_strict(task), _default(task), _open(task)]
+        cells += _who_decided(_final_of(scene, subject))
     return [*cells, "" if scene.latency_ms is None else f"{scene.latency_ms:.0f}"]
 
 
-def _task_of(scene: SceneRecord, subject: Subject) -> TaskSummary:
-    return summarise_task([d for d in scene.decisions() if d.subject is subject])
+def _final_of(scene: SceneRecord, subject: Subject) -> FinalSummary:
+    return summarise_final([d for d in scene.decisions() if d.subject is subject])
 
 
 def _object_count(scene: SceneRecord) -> int:
     return len(scene.beliefs.objects) if scene.beliefs else 0
 
 
-def _strict(task: TaskSummary) -> Text:
-    return _tally(task.right, task.wrong, task.unjudged)
+def _who_decided(final: FinalSummary) -> list[Text]:
+    tallies = [_tally(final.by_source[source]) for source in DECIDERS]
+    return [*tallies, _signs((final.undecided, "", "yellow"))]
 
 
-def _default(task: TaskSummary) -> Text:
-    return _tally(task.default_right, task.default_wrong, task.default_unjudged)
-
-
-def _open(task: TaskSummary) -> Text:
-    undecided = task.undecided + task.timed_out
-    return _signs((undecided, "", "yellow"), (task.inconsistent, "!", "red"))
-
-
-def _tally(right: int, wrong: int, unjudged: int) -> Text:
-    return _signs((right, "✓", "green"), (wrong, "✗", "red"), (unjudged, "?", "dim"))
+def _tally(source: SourceSummary) -> Text:
+    return _signs(
+        (source.right, "✓", "green"), (source.wrong, "✗", "red"), (source.unjudged, "?", "dim")
+    )
 
 
 def _signs(*counts: tuple[int, str, str]) -> Text:
     parts = [Text(f"{count}{sign}", style=style) for count, sign, style in counts if count]
     return Text(" ").join(parts) if parts else Text("·", style="dim")
-
-
-def _judged(right: int, wrong: int) -> str:
-    return f"{right} right, {wrong} wrong"
 
 
 def _milliseconds(value: float) -> str:

@@ -11,12 +11,13 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from ros_scenesense.demo.finals import summarise_finals
 from ros_scenesense.demo.record import RunRecord
-from ros_scenesense.demo.summary import RunInfo, graph_order, summarise_tasks
+from ros_scenesense.demo.summary import RunInfo, graph_order
 from ros_scenesense.demo.tables import latency_line, scene_line, scenes_table, totals_table
 
 _SILENT_NS = 2_000_000_000
-_RESERVED_LINES = 19
+_RESERVED_LINES = 21
 
 
 class View(Protocol):
@@ -108,7 +109,7 @@ class LiveView:
             "",
             scenes_table(scenes[-fitting:]),
             "",
-            totals_table(summarise_tasks(self._record.decisions())),
+            totals_table(summarise_finals(self._record.decisions())),
             "",
             latency_line(self._record),
         )
