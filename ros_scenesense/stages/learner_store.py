@@ -276,7 +276,8 @@ class LearnerStore:
     def _apply(self, changes: Changes) -> None:
         self._connection.executemany(
             "INSERT INTO axiom VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
-            "ON CONFLICT (id) DO UPDATE SET state = excluded.state, decay = excluded.decay, idle = excluded.idle, "
+            "ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
+            "decay = excluded.decay, idle = excluded.idle, "
             "support = excluded.support, purity = excluded.purity, pinned = excluded.pinned",
             (
                 (
