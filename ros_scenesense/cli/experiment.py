@@ -37,29 +37,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: simulated scenes)",
     )
     _add_common(grounding)
+    axioms = experiments.add_parser(
+        "axioms",
+        help="hypothesis H4: axioms learned from labelled scenes, Algorithm 1 beside ours",
+        epilog=_EPILOG,
+    )
+    axioms.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="DIR",
+        help="labelled scenes made with `scenesense dataset generate DIR --count 2600` (default: "
+        "simulate as many)",
+    )
+    _add_common(axioms)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiment, prints, writes."""
     from ros_scenesense.cli.bench import show
-    from ros_scenesense.experiments import grounding
+    from ros_scenesense.experiments import axioms, grounding
     from ros_scenesense.plots import write_plot
     from ros_scenesense.results import write_result
 
     path: Path | None = arguments.out
     if path is not None and path.suffix != ".json":
         raise ParameterError(f"--out is '{path}', must be a file name that ends in .json")
-    options = grounding.Options(
-        command=shlex.join(["scenesense", *sys.argv[1:]]),
-        seed=int(_SEED.check(arguments.seed)),
-        quick=arguments.quick,
-        jobs=int(_JOBS.check(arguments.jobs)) or len(os.sched_getaffinity(0)),
-        tosd=arguments.tosd,
-    )
+    command = shlex.join(["scenesense", *sys.argv[1:]])
+    seed = int(_SEED.check(arguments.seed))
+    jobs = int(_JOBS.check(arguments.jobs)) or len(os.sched_getaffinity(0))
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
-    outcome = grounding.conduct(options, console.print)
+    if arguments.experiment == "grounding":
+        outcome = grounding.conduct(
+            grounding.Options(command, seed, arguments.quick, jobs, arguments.tosd), console.print
+        )
+    else:
+        outcome = axioms.conduct(
+            axioms.Options(command, seed, arguments.quick, jobs, arguments.dataset), console.print
+        )
     for note in outcome.result.notes:
         console.print(f"\n{note}", markup=False, highlight=False)
     show(outcome.result, console)
