@@ -47,6 +47,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("samples", "hypothesis H3: reasoning and attention save training images"),
     ):
         _add_estimation(experiments.add_parser(name, help=words, epilog=_EPILOG))
+    axioms = experiments.add_parser(
+        "axioms",
+        help="hypothesis H4: axioms learned from labelled scenes, Algorithm 1 beside ours",
+        epilog=_EPILOG,
+    )
+    axioms.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="DIR",
+        help="labelled scenes made with `scenesense dataset generate DIR --count 2600` (default: "
+        "simulate as many)",
+    )
+    _add_common(axioms)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
-    conduct = _grounding if arguments.experiment == "grounding" else _estimation
+    conduct = {"grounding": _grounding, "axioms": _axioms}.get(arguments.experiment, _estimation)
     outcome = conduct(arguments, lambda line: console.print(line, highlight=False))
     for note in outcome.result.notes:
         console.print(f"\n{note}", markup=False, highlight=False)
@@ -83,6 +96,21 @@ def _grounding(arguments: argparse.Namespace, say: Callable[[str], None]) -> Out
             quick=arguments.quick,
             jobs=_jobs(arguments),
             tosd=arguments.tosd,
+        ),
+        say,
+    )
+
+
+def _axioms(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import axioms
+
+    return axioms.conduct(
+        axioms.Options(
+            command=_command(),
+            seed=int(_SEED.check(arguments.seed)),
+            quick=arguments.quick,
+            jobs=_jobs(arguments),
+            dataset=arguments.dataset,
         ),
         say,
     )
