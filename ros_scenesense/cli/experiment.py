@@ -37,25 +37,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: simulated scenes)",
     )
     _add_common(grounding)
-    axioms = experiments.add_parser(
-        "axioms",
-        help="hypothesis H4: axioms learned from labelled scenes, Algorithm 1 beside ours",
-        epilog=_EPILOG,
-    )
-    axioms.add_argument(
-        "--dataset",
-        type=Path,
-        metavar="DIR",
-        help="labelled scenes made with `scenesense dataset generate DIR --count 2600` (default: "
-        "simulate as many)",
-    )
-    _add_common(axioms)
+    for name, words, count in (
+        (
+            "axioms",
+            "hypothesis H4: axioms learned from labelled scenes, Algorithm 1 and ours",
+            2600,
+        ),
+        ("forgetting", "hypothesis H5: wrong axioms are found and forgotten, in ten cycles", 2400),
+    ):
+        learning = experiments.add_parser(name, help=words, epilog=_EPILOG)
+        learning.add_argument(
+            "--dataset",
+            type=Path,
+            metavar="DIR",
+            help=f"labelled scenes made with `scenesense dataset generate DIR --count {count}` "
+            "(default: simulate as many)",
+        )
+        _add_common(learning)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiment, prints, writes."""
     from ros_scenesense.cli.bench import show
-    from ros_scenesense.experiments import axioms, grounding
+    from ros_scenesense.experiments import axioms, forgetting, grounding
     from ros_scenesense.plots import write_plot
     from ros_scenesense.results import write_result
 
@@ -73,7 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
             grounding.Options(command, seed, arguments.quick, jobs, arguments.tosd), console.print
         )
     else:
-        outcome = axioms.conduct(
+        conduct = axioms.conduct if arguments.experiment == "axioms" else forgetting.conduct
+        outcome = conduct(
             axioms.Options(command, seed, arguments.quick, jobs, arguments.dataset), console.print
         )
     for note in outcome.result.notes:
