@@ -34,9 +34,15 @@ def test_a_program_has_the_answer_sets_or_the_problems_that_it_says(path: Path) 
         for line, problem in zip(found, problems, strict=True):
             assert line.startswith(f"{path}:{problem.replace('FILE', str(path))}")
         return
-    translation = translated(load(path))
+    program = load(path)
+    translation = translated(program)
     answers = AnswerSetEngine().solve(
-        Question(text=translation.text, applied=translation.applied, models=0)
+        Question(
+            text=translation.text,
+            applied=translation.applied,
+            models=0,
+            optimize=program.optimizes,
+        )
     )
     assert answers.complete
     found = [sorted((*literals, *translation.shown)) for literals in answers.sets]

@@ -12,6 +12,7 @@ from ros_scenesense.bench import (
     graph,
     perception,
     reasoning,
+    sparc,
     steps,
 )
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
@@ -40,6 +41,7 @@ GROUPS = (
     Group("objects told apart and described", perception.FIGURES, perception.measure),
     Group("reasoning about scenes", classification.FIGURES, classification.measure),
     Group("knowledge and reasoning", reasoning.FIGURES, reasoning.measure),
+    Group("SPARC programs", sparc.FIGURES, sparc.measure),
     Group("decisions against physics, many scenes", decisions.FIGURES, decisions.measure),
     Group("datasets of simulated scenes", datasets.FIGURES, datasets.measure),
 )

@@ -163,6 +163,7 @@ def _asked(arguments: argparse.Namespace) -> _Asked:
         if arguments.warn:
             for warning in idle_rules(program):
                 print(f"warning: {warning}", file=sys.stderr)
+        common["optimize"] &= program.optimizes
         translation = translated(program, optimize=arguments.optimize)
         question = Question(text=translation.text, applied=translation.applied, **common)
         return _Asked(question, ".sp", translation.shown)

@@ -35,9 +35,12 @@ class Question:
         restoring: Whether the program has CR rules, which its constant `restore` switches.
         applied: In a program whose CR rules are choices that it minimises: the unary predicate of
             those that are applied. They are first assumed not to be; nothing is grounded twice.
+            What else the program minimises has to be optimal, too; if that is nothing, `optimize`
+            should not be set, since then there are faster ways.
         models: How many answer sets to find; 0 for all.
         optimize: Whether only optimal answer sets are answers, if the program optimises.
         constants: Values of the program's constants, as `name=value`.
+        common: Whether to find what all answer sets have in common, instead of the sets.
         time_limit_s: Time for all of it. The search ends in time; grounding cannot be interrupted,
             so whoever asks has to be ready to kill the process.
     """
@@ -49,6 +52,7 @@ class Question:
     models: int = 1
     optimize: bool = True
     constants: tuple[str, ...] = ()
+    common: bool = False
     time_limit_s: float = 60.0
 
 
@@ -75,6 +79,17 @@ class AnswerSets:
 
 class AnswerSetEngine:
     """Solves programs; remembers nothing between two calls."""
+
+    def consequences(self, question: Question) -> AnswerSets:
+        """The shown literals that all answer sets have in common, as the only set.
+
+        They are computed without looking at every answer set. Where an answer set is no answer
+        because it is not optimal or applies too many CR rules, it does not count here either.
+
+        Raises:
+            ReasoningError: If the program is broken or the solver fails; the text says where.
+        """
+        return self.solve(replace(question, models=0, common=True))
 
     def solve(self, question: Question) -> AnswerSets:
         """Grounds and solves.
@@ -112,6 +127,11 @@ def _solve_assuming(question: Question, deadline: float) -> AnswerSets:
         instances = control.symbolic_atoms.by_signature(question.applied, 1)
         answers = _search(control, question, deadline, [(each.symbol, False) for each in instances])
         if answers.outcome is Outcome.UNSATISFIABLE:
+            if not question.optimize:
+                # Mostly few rules are enough: a search from below finds them without detours.
+                solvers = control.configuration.solver
+                assert isinstance(solvers, clingo.Configuration)
+                solvers.opt_strategy = "usc"
             answers = _search(control, question, deadline)
             if answers.outcome is not Outcome.UNSATISFIABLE:
                 answers = _with_cr(answers)
@@ -119,7 +139,7 @@ def _solve_assuming(question: Question, deadline: float) -> AnswerSets:
 
 
 def _grounded(question: Question, messages: Messages, options: Sequence[str]) -> clingo.Control:
-    arguments = ["0", *options]
+    arguments = ["0", *options, *(["--enum-mode=cautious"] if question.common else [])]
     for constant in question.constants:
         arguments += ["-c", constant]
     control = clingo.Control(arguments, logger=messages.take)
@@ -152,6 +172,8 @@ def _search(
                 if not model.optimality_proven:
                     continue
                 costs = tuple(model.cost)
+            if question.common:
+                found.clear()  # each model is what is left so far
             found[tuple(map(str, sorted(model.symbols(shown=True))))] = None
             if len(found) == question.models:
                 return AnswerSets(Outcome.SATISFIABLE, tuple(found), costs)

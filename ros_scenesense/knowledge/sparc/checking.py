@@ -23,6 +23,7 @@ from ros_scenesense.knowledge.sparc.walking import (
     atomic_variables,
     comparisons_of,
     element_occurrences,
+    evaluated,
     global_variables,
     literals_of,
     memberships_of,
@@ -74,7 +75,7 @@ class Checker:
                     f"label '{rule.label}' is used already, at {self._labels[rule.label]}",
                 )
             self._labels.setdefault(rule.label, rule.place)
-        literals = [self._literal(literal) for literal, _ in literals_of(rule)]
+        literals = [self.literal(literal) for literal, _ in literals_of(rule)]
         members = [
             self._membership(each.sort, each.term, each.place) for each in memberships_of(rule)
         ]
@@ -89,7 +90,7 @@ class Checker:
             if self._sort(atom.sort, atom.place) and atom.term is not None:
                 self._argument(self._signature.sorts[atom.sort], atom.term, str(atom.term))
         elif atom.atom.arguments or not self._predicate(atom):
-            self._literal(atom)
+            self.literal(atom)
 
     def _facts(self, facts: Facts) -> None:
         sorts = self._signature.predicates.get(facts.name)
@@ -123,7 +124,8 @@ class Checker:
             hint = f"; did you mean the sort '#{name}'?"
         self._problems.add(place, f"predicate '{name}' is not declared{hint}")
 
-    def _literal(self, literal: Literal) -> bool:
+    def literal(self, literal: Literal) -> bool:
+        """Checks one literal, and tells whether it is sound."""
         atom = literal.atom
         sorts = self._signature.predicates.get(atom.name)
         if sorts is None:
@@ -167,7 +169,7 @@ class Checker:
                     f"found {term} in {inside}, but sort '{_name(sort)}' has no numbers",
                 )
                 return False
-            value = _computed(term)
+            value = evaluated(term)
             if value is not None and value not in sort:
                 self._problems.add(term.place, self._outside(sort, str(value), inside))
                 return False
@@ -271,6 +273,9 @@ class Checker:
 
     def _numbers(self, rule: Rule) -> None:
         """What is computed fits into 32 bits."""
+        computed = [each for term in terms_in(rule) for each in arithmetics(term)]
+        if not computed:
+            return
         intervals: dict[Variable, Interval] = {}
         for guard in demands(rule, self._signature):
             for variable, extent in _columns(guard.sort, guard.term):
@@ -278,9 +283,8 @@ class Checker:
                 if interval is not None:
                     low, high = intervals.get(variable, interval)
                     intervals[variable] = max(low, interval[0]), min(high, interval[1])
-        for term in terms_in(rule):
-            for arithmetic in arithmetics(term):
-                self._interval(arithmetic, intervals)
+        for arithmetic in computed:
+            self._interval(arithmetic, intervals)
 
     def _interval(self, term: Term, intervals: dict[Variable, Interval]) -> Interval | None:
         if isinstance(term, Number):
@@ -313,20 +317,6 @@ def _is_ground(term: Term) -> bool:
     if isinstance(term, Record):
         return all(map(_is_ground, term.arguments))
     return isinstance(term, Number | Constant)
-
-
-def _computed(term: Term) -> int | None:
-    """The number that arithmetic without variables is."""
-    if isinstance(term, Number):
-        return term.value
-    if not isinstance(term, Arithmetic):
-        return None
-    left, right = _computed(term.left), _computed(term.right)
-    if left is None or right is None:
-        return None
-    if term.operator == "/":
-        return None if right == 0 else int(left / right)
-    return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
 
 
 def _columns(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 
 from ros_scenesense.knowledge.literals import Belief, Comparison, Literal, Membership
 from ros_scenesense.knowledge.terms import Arithmetic, Place, Record, Term, Variable
@@ -72,7 +73,7 @@ class Form(StrEnum):
     MAXIMIZE = "#maximize"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Rule:
     """A rule, a CR rule, a weak constraint, or one element of an optimisation.
 
@@ -96,23 +97,23 @@ class Rule:
     terms: tuple[Term, ...] = ()
     place: Place = field(default=Place("made by a program", 1, 1), compare=False)
 
-    @property
+    @cached_property
     def heads(self) -> tuple[Literal, ...]:
         """The literals of the head, if it is no choice."""
         return self.head if isinstance(self.head, tuple) else ()
 
-    @property
+    @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """The body without aggregates."""
         return tuple(each for each in self.body if not isinstance(each, Aggregate))
 
-    @property
+    @cached_property
     def groups(self) -> tuple[Aggregate | Choice, ...]:
         """What has elements: the choice and the aggregates."""
         choice = (self.head,) if isinstance(self.head, Choice) else ()
         return (*choice, *(each for each in self.body if isinstance(each, Aggregate)))
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Term, ...]:
         """The terms beside aggregates and choices, weight and level."""
         found = [
@@ -223,6 +224,7 @@ class Text:
         rules: In order; facts of a range of numbers among them.
         display: What answers show; None if there is no such section.
         largest: The largest number, `#maxint`.
+        constants: The values of constants.
         names: All identifiers that occur, and those of statements that could not be read.
         unread: Names in statements that could not be read; nothing is to be said about them.
     """
@@ -232,6 +234,7 @@ class Text:
     rules: tuple[Rule | Facts, ...]
     display: tuple[Atomic, ...] | None
     largest: int
+    constants: dict[str, int]
     names: frozenset[str]
     unread: frozenset[str]
 

@@ -117,17 +117,19 @@ def read(text: str, source: str, given: dict[str, int], problems: Problems) -> T
         tuple(made["rules"]),
         tuple(made["display"]) if "display" in found.sections else None,
         found.largest,
+        found.constants,
         frozenset(found.names),
         frozenset(found.unread),
     )
 
 
 def read_query(text: str, constants: dict[str, int], largest: int, problems: Problems) -> Any:
-    """Reads one literal; a full stop may end it. None if it cannot be read."""
+    """Reads one literal, which a full stop may end; None if it cannot be read."""
     found = _Found(constants=constants, largest=largest)
     written = list(statements(text, "query", problems, ended=False))
     if len(written) != 1 or not written[0][0]:
-        problems.add(Place("query", 1, 1), "expected one literal, such as 'p(X)' or '-p(a)'")
+        if not problems:
+            problems.add(Place("query", 1, 1), "expected one literal, such as 'p(X)' or '-p(a)'")
         return None
     words, end = written[0]
     return _parsed(_prepared(words, "rules", found, problems), "query", end, problems)
@@ -188,10 +190,11 @@ def _directive(made: tuple[Any, Any], found: _Found, problems: Problems) -> None
 
 
 def _prepared(words: list[Word], section: str, found: _Found, problems: Problems) -> list[Word]:
-    """The words with constants replaced; checks numbers, lengths and depths."""
+    """The words with constants replaced, none if there are too many; numbers, lengths, depths."""
     largest = LARGEST_NUMBER if words[0].type == "_MAXINT" else found.largest
     prepared = words
     depth = run = 0
+    readable = True
     for index, word in enumerate(words):
         kind = word.type
         if kind == "NAME":
@@ -223,6 +226,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind in _ARITHMETIC:
             run += 1
             if run == _LONGEST_ARITHMETIC and section == "rules":
+                readable = False
                 problems.add(
                     word.place,
                     f"arithmetic has more than {_LONGEST_ARITHMETIC} operators here; expected less",
@@ -230,6 +234,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind in ("_LPAR", "_LBRACE"):
             depth += 1
             if depth == _DEEPEST:
+                readable = False
                 problems.add(word.place, f"terms are nested more than {_DEEPEST} deep here")
         elif kind in ("_RPAR", "_RBRACE"):
             depth -= 1
@@ -238,7 +243,7 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
         elif kind == "VARIABLE" and len(word.text) > LONGEST_NAME:
             problems.add(word.place, f"this variable has more than {LONGEST_NAME} letters")
             word.text = word.text[:LONGEST_NAME]
-    return prepared
+    return prepared if readable else []
 
 
 def _mend(number: str, largest: int) -> str:
@@ -248,6 +253,8 @@ def _mend(number: str, largest: int) -> str:
 
 
 def _parsed(words: list[Word], start: str, end: Place | None, problems: Problems) -> Any:
+    if not words:
+        return None
     try:
         statement: Any = words  # lark hands it on to our own lexer
         return _parser().parse(statement, start=start)

@@ -27,6 +27,7 @@ from ros_scenesense.knowledge.sparc.sorts import (
     Recorded,
     Sort,
     Union,
+    Value,
     value_text,
 )
 from ros_scenesense.knowledge.sparc.statements import (
@@ -40,9 +41,14 @@ from ros_scenesense.knowledge.sparc.statements import (
     Rule,
     SortTest,
 )
-from ros_scenesense.knowledge.sparc.walking import global_variables, projected_variables
+from ros_scenesense.knowledge.sparc.walking import (
+    evaluated,
+    global_variables,
+    projected_variables,
+)
 from ros_scenesense.knowledge.terms import (
     LARGEST_NUMBER,
+    Arithmetic,
     Record,
     Term,
     Variable,
@@ -308,7 +314,7 @@ class _Translator:
         return name
 
 
-def matches(term: Term, value: object, binding: dict[Variable, object]) -> bool:
+def matches(term: Term, value: Value, binding: dict[Variable, Value]) -> bool:
     """Whether a value is an instance of a term; notes the values of its variables."""
     if isinstance(term, Variable):
         return binding.setdefault(term, value) == value
@@ -322,7 +328,9 @@ def matches(term: Term, value: object, binding: dict[Variable, object]) -> bool:
                 for argument, each in zip(term.arguments, value[1:], strict=True)
             )
         )
-    return value_text(value) == str(term)  # type: ignore[arg-type]
+    if isinstance(term, Arithmetic):
+        return value == evaluated(term)
+    return value_text(value) == str(term)
 
 
 def _derived(rule: Rule | Facts) -> Iterator[Literal]:

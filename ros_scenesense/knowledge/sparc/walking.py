@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import wraps
+from typing import TypeVar
 
 from ros_scenesense.knowledge.literals import (
     Belief,
@@ -19,9 +21,26 @@ from ros_scenesense.knowledge.sparc.statements import (
     arithmetics,
     is_anonymous,
 )
-from ros_scenesense.knowledge.terms import Record, Term, Variable, variables
+from ros_scenesense.knowledge.terms import Arithmetic, Number, Record, Term, Variable, variables
+
+Result = TypeVar("Result")
 
 
+def once(function: Callable[[Rule], Result]) -> Callable[[Rule], Result]:
+    """Computes something of a rule once, and remembers it with the rule: it is asked for often."""
+    name = function.__name__
+
+    @wraps(function)
+    def remembered(rule: Rule) -> Result:
+        known: dict[str, Result] = rule.__dict__
+        if name not in known:
+            known[name] = function(rule)
+        return known[name]
+
+    return remembered
+
+
+@once
 def global_variables(rule: Rule) -> frozenset[Variable]:
     """The variables whose values make an instance; all others are local to an element."""
     found = {each for literal in rule.heads for each in variables_of(literal)}
@@ -32,27 +51,32 @@ def global_variables(rule: Rule) -> frozenset[Variable]:
     return frozenset(found)
 
 
-def literals_of(rule: Rule) -> Iterator[tuple[Literal, bool]]:
+@once
+def literals_of(rule: Rule) -> tuple[tuple[Literal, bool], ...]:
     """All literals of a rule, and whether each is a condition without `not`."""
-    for literal in rule.heads:
-        yield literal, False
-    yield from beliefs(rule.conditions)
+    found = [(literal, False) for literal in rule.heads]
+    found += beliefs(rule.conditions)
     for group in rule.groups:
         for element in group.elements:
             if element.literal is not None:
-                yield element.literal, False
-            yield from beliefs(element.conditions)
+                found.append((element.literal, False))
+            found += beliefs(element.conditions)
+    return tuple(found)
 
 
-def memberships_of(rule: Rule) -> Iterator[Membership]:
+@once
+def memberships_of(rule: Rule) -> tuple[Membership, ...]:
     """All tests of sorts."""
     elements = [element for group in rule.groups for element in group.elements]
-    for conditions in (rule.conditions, *(element.conditions for element in elements)):
-        for condition in conditions:
-            if isinstance(condition, Membership):
-                yield condition
+    return tuple(
+        condition
+        for conditions in (rule.conditions, *(element.conditions for element in elements))
+        for condition in conditions
+        if isinstance(condition, Membership)
+    )
 
 
+@once
 def projected_variables(rule: Rule) -> frozenset[Variable]:
     """The `_` of beliefs, except in arithmetic: clingo's own `_`, "no value at all" under `not`."""
     elements = [element for group in rule.groups for element in group.elements]
@@ -137,3 +161,17 @@ def atomic_variables(element: Element) -> set[Variable]:
         ):
             found.update(variables_of(condition))
     return found
+
+
+def evaluated(term: Term) -> int | None:
+    """The number that arithmetic without variables is; None if it is none."""
+    if isinstance(term, Number):
+        return term.value
+    if not isinstance(term, Arithmetic):
+        return None
+    left, right = evaluated(term.left), evaluated(term.right)
+    if left is None or right is None:
+        return None
+    if term.operator == "/":
+        return None if right == 0 else int(left / right)
+    return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
