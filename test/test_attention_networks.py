@@ -195,7 +195,7 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda s: {"answers": np.ones_like(s.answers)}, "all 150 answers are true"),
+        (lambda s: {"answers": np.ones_like(s.answers)}, "all 120 answers are true"),
         (lambda s: {"answers": np.full_like(s.answers, np.nan)}, "needs labels"),
         (lambda s: {"groups": np.zeros_like(s.groups)}, "at least two"),
         (lambda s: {"answers": s.answers[:-1]}, "do not belong together"),

@@ -9,6 +9,7 @@ from demo_samples import INFO, parts, run
 from test_demo_view import console, printed
 
 from ros_scenesense.bench import (
+    attention,
     classification,
     datasets,
     decisions,
@@ -123,6 +124,12 @@ def test_figures_have_names_of_their_own():
     names = [figure.name for group in GROUPS for figure in group.figures]
     assert len(names) == len(set(names))
     assert {"graph_scenes_per_s", "graph_ready_s", "relations_ms_5", "classify_ms_5"} <= set(names)
+
+
+def test_attention_and_its_network_are_timed():
+    measured = attention.measure(QUICK)
+    assert set(measured.figures) >= {figure.name for figure in attention.FIGURES}
+    assert min(measured.figures.values()) > 0.0
 
 
 def stand_in(monkeypatch, tmp_path, record, end):

@@ -31,7 +31,14 @@ def test_from_scenes_to_examples_to_a_network_that_decides(ros_room, tmp_path):
     ros_room.add(GroundingControlNode)
     ros_room.add(GroundingNode)
     ros_room.add(
-        SimulatedCameraNode, mode="training", width=160, height=120, scenes=8, seed=5, in_flight=1
+        SimulatedCameraNode,
+        mode="training",
+        session="room",
+        width=160,
+        height=120,
+        scenes=8,
+        seed=5,
+        in_flight=1,
     )
     train = probe.node.create_client(Trigger, "attention/train")
     assert ros_room.wait_for(lambda: len(examples) >= 6, timeout_s=90.0)

@@ -353,7 +353,12 @@ def test_an_irregular_surface_below_makes_the_structure_strictly_unstable() -> N
     ]
     [structure] = result.structures
     assert structure.members == ["can", "cube", "duck"]
-    assert structure.stable == Belief(status=DecisionStatus.STRICT, value=False, axioms=["s2"])
+    assert structure.stable == Belief(
+        status=DecisionStatus.STRICT,
+        value=False,
+        axioms=["s2"],
+        why=result.objects[2].stable.why,
+    )
 
 
 def test_only_what_stands_above_the_fourth_level_is_too_high() -> None:

@@ -281,3 +281,18 @@ def test_the_command_line_reads_and_changes_the_state_file(learned, tmp_path, ca
     code, said = command("show", "nobody")
     assert (code, "nobody" in said.err) == (2, True)
     assert main(["axioms", "list", "--state", str(tmp_path / "empty")]) == 1
+
+
+@pytest.mark.parametrize(("wrong", "strength"), [(0, 1.0), (1, 1.0), (2, 0.37)])
+def test_use_strengthens_only_what_is_right_often_enough(wrong, strength):
+    store = LearnerStore(IN_MEMORY, Health(), 10)
+    found = [Found(O1, "normal", 1.0, 0.5, None)]
+    store.finish_cycle(changes_of_cycle(LearningReport(found), store, ()), ())
+    (axiom,) = store.axioms("active")
+    (example, *_) = examples("occluded", 1)
+    uses = [(axiom.id, number >= wrong) for number in range(20)]
+    assert store.add_scene("s-1", example.state, [("occluded", 0, False, "right")], uses)
+    store.finish_cycle(changes_of_cycle(LearningReport(), store, ()), ())
+    (axiom,) = store.axioms("active")
+    assert axiom.strength.value == pytest.approx(strength, abs=0.01)
+    store.close()

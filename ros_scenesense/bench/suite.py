@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ros_scenesense.bench import (
+    attention,
     classification,
     datasets,
     decisions,
@@ -41,6 +42,7 @@ GROUPS = (
     Group("objects told apart and described", perception.FIGURES, perception.measure),
     Group("reasoning about scenes", classification.FIGURES, classification.measure),
     Group("knowledge and reasoning", reasoning.FIGURES, reasoning.measure),
+    Group("attention and networks", attention.FIGURES, attention.measure),
     Group("SPARC programs", sparc.FIGURES, sparc.measure),
     Group("decisions against physics, many scenes", decisions.FIGURES, decisions.measure),
     Group("datasets of simulated scenes", datasets.FIGURES, datasets.measure),

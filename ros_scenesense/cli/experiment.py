@@ -6,17 +6,22 @@ import argparse
 import os
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from rich.console import Console
 
 from ros_scenesense.errors import ParameterError
+from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.parameters import Parameter
 
 _EPILOG = """\
 Figures of a full run are in docs/results/, with the command that made them.
 """
 _SEED = Parameter("seed", int, 0, "seed of all that is drawn", minimum=0, maximum=2**53 - 1)
+_SCENES = Parameter(
+    "scenes", int, 0, "scenes to use, the first ones; 0 = all", minimum=0, maximum=1_000_000
+)
 _JOBS = Parameter("jobs", int, 0, "worker processes; 0 = one per core", minimum=0, maximum=1024)
 
 
@@ -37,29 +42,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: simulated scenes)",
     )
     _add_common(grounding)
+    for name, words in (
+        ("estimation", "hypothesis H2: reasoning and attention make networks more accurate"),
+        ("samples", "hypothesis H3: reasoning and attention save training images"),
+    ):
+        _add_estimation(experiments.add_parser(name, help=words, epilog=_EPILOG))
+    axioms = experiments.add_parser(
+        "axioms",
+        help="hypothesis H4: axioms learned from labelled scenes, Algorithm 1 beside ours",
+        epilog=_EPILOG,
+    )
+    axioms.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="DIR",
+        help="labelled scenes made with `scenesense dataset generate DIR --count 2600` (default: "
+        "simulate as many)",
+    )
+    _add_common(axioms)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiment, prints, writes."""
     from ros_scenesense.cli.bench import show
-    from ros_scenesense.experiments import grounding
     from ros_scenesense.plots import write_plot
     from ros_scenesense.results import write_result
 
     path: Path | None = arguments.out
     if path is not None and path.suffix != ".json":
         raise ParameterError(f"--out is '{path}', must be a file name that ends in .json")
-    options = grounding.Options(
-        command=shlex.join(["scenesense", *sys.argv[1:]]),
-        seed=int(_SEED.check(arguments.seed)),
-        quick=arguments.quick,
-        jobs=int(_JOBS.check(arguments.jobs)) or len(os.sched_getaffinity(0)),
-        tosd=arguments.tosd,
-    )
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
-    outcome = grounding.conduct(options, console.print)
+    conduct = {"grounding": _grounding, "axioms": _axioms}.get(arguments.experiment, _estimation)
+    outcome = conduct(arguments, lambda line: console.print(line, highlight=False))
     for note in outcome.result.notes:
         console.print(f"\n{note}", markup=False, highlight=False)
     show(outcome.result, console)
@@ -68,6 +84,113 @@ def run(arguments: argparse.Namespace) -> int:
         write_plot(path.with_suffix(".png"), outcome.panels)
         console.print(f"written: {path}, with .md and .png beside it", soft_wrap=True)
     return 0
+
+
+def _grounding(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import grounding
+
+    return grounding.conduct(
+        grounding.Options(
+            command=_command(),
+            seed=int(_SEED.check(arguments.seed)),
+            quick=arguments.quick,
+            jobs=_jobs(arguments),
+            tosd=arguments.tosd,
+        ),
+        say,
+    )
+
+
+def _axioms(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import axioms
+
+    return axioms.conduct(
+        axioms.Options(
+            command=_command(),
+            seed=int(_SEED.check(arguments.seed)),
+            quick=arguments.quick,
+            jobs=_jobs(arguments),
+            dataset=arguments.dataset,
+        ),
+        say,
+    )
+
+
+def _estimation(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import estimation
+
+    return estimation.conduct(
+        estimation.Options(
+            command=_command(),
+            experiment=arguments.experiment,
+            seed=int(_SEED.check(arguments.seed)),
+            quick=arguments.quick,
+            jobs=_jobs(arguments),
+            dataset=arguments.dataset,
+            scenes=int(_SCENES.check(arguments.scenes)),
+            network=arguments.network,
+            schedule=arguments.schedule,
+            device=arguments.device,
+            ways=tuple(part.strip() for part in arguments.ways.split(",") if part.strip()),
+            sizes=_sizes(arguments.sizes),
+            work=arguments.work,
+        ),
+        say,
+    )
+
+
+def _sizes(text: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(part) for part in text.split(",") if part.strip())
+    except ValueError as error:
+        raise ParameterError(f"--sizes is '{text}', must be numbers such as 100,1000") from error
+
+
+def _command() -> str:
+    return shlex.join(["scenesense", *sys.argv[1:]])
+
+
+def _jobs(arguments: argparse.Namespace) -> int:
+    return int(_JOBS.check(arguments.jobs)) or len(os.sched_getaffinity(0))
+
+
+def _add_estimation(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="DIR",
+        help="a dataset of `scenesense dataset generate` (default: one is simulated)",
+    )
+    parser.add_argument(
+        "--scenes", default=_SCENES.default, help=f"{_SCENES.description} (default 0)"
+    )
+    parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="DIR",
+        help="keep what is done there, so that the same command goes on where it was interrupted",
+    )
+    parser.add_argument(
+        "--sizes", default="", metavar="N,N", help="only these numbers of training images"
+    )
+    parser.add_argument(
+        "--ways", default="", metavar="WAY,WAY", help="only these ways, e.g. lenet,lenet_att,query"
+    )
+    parser.add_argument(
+        "--network",
+        choices=("all", "lenet", "alexnet", "query"),
+        default="all",
+        help="only this one (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--schedule",
+        choices=("validated", "paper"),
+        default="validated",
+        help="how long LeNet and AlexNet are trained: until scenes held out gain nothing, or the "
+        "paper's numbers of iterations (default: %(default)s)",
+    )
+    parser.add_argument("--device", default="cpu", help="cpu, cuda, cuda:1, ... (default: cpu)")
+    _add_common(parser)
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:

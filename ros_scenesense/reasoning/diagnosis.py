@@ -87,7 +87,7 @@ def diagnose(
     with Messages("diagnosis program") as messages:
         search = _Search(description, history, most, messages)
         with Patience(search.control, time_limit_s) as patience:
-            explanations, complete = search.run()
+            explanations, complete = search.run(patience)
         complete &= not patience.is_over
     if explanations:
         expected = not explanations[0]
@@ -116,7 +116,7 @@ class _Search:
         solving.models = most + 1
         solving.opt_mode = "optN"
 
-    def run(self) -> tuple[list[tuple[Event, ...]], bool]:
+    def run(self, patience: Patience) -> tuple[list[tuple[Event, ...]], bool]:
         """All smallest explanations, and whether that is so."""
         steps = self._history.last_step
         self.control.add("base", [], "\n".join(self._parts()))
@@ -125,7 +125,9 @@ class _Search:
             names = ["state"] if step == 0 else ["step", "exogenous", "state"]
             grounded += [(name, [clingo.Number(step)]) for name in names]
         self.control.ground(grounded)
-        found = []
+        found: list[tuple[Event, ...]] = []
+        if patience.is_over:
+            return found, False
         with self.control.solve(yield_=True) as handle:
             for model in handle:
                 if not model.optimality_proven:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from types import TracebackType
 
 import clingo
@@ -14,18 +16,21 @@ class Patience:
     Args:
         control: The solver.
         seconds: As long it may search, with everything in between.
-
-    Attributes:
-        is_over: Whether the time is up.
     """
 
     def __init__(self, control: clingo.Control, seconds: float) -> None:
-        self.is_over = False
-        self._control = control
-        self._timer = threading.Timer(seconds, self._end)
+        self._seconds = seconds
+        self._until = math.inf
+        self._timer = threading.Timer(seconds, control.interrupt)
         self._timer.daemon = True
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the time is up; also where it was up before there was anything to interrupt."""
+        return time.monotonic() >= self._until
+
     def __enter__(self) -> Patience:
+        self._until = time.monotonic() + self._seconds
         self._timer.start()
         return self
 
@@ -36,7 +41,3 @@ class Patience:
         trace: TracebackType | None,
     ) -> None:
         self._timer.cancel()
-
-    def _end(self) -> None:
-        self.is_over = True
-        self._control.interrupt()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from ros_scenesense.attention.inputs import pack, unpack
 from ros_scenesense.attention.queries import Query
@@ -138,7 +139,7 @@ class AttentionStore:
         return {axiom: (right, wrong) for axiom, right, wrong in rows}
 
     def training_set(self) -> TrainingSet:
-        """All examples. One scene of five is held out, always the same ones.
+        """All examples. About one scene of five is held out, always the same ones.
 
         Raises:
             NetworkError: If there are none, or one is damaged.
@@ -157,7 +158,7 @@ class AttentionStore:
             numbers=np.stack([np.frombuffer(row[4], np.float32) for row in rows]),
             answers=answers,
             groups=scenes,
-            held_out=scenes % _HELD_OUT_OF == 0,
+            held_out=_held_out(scenes),
         )
 
     def network(self) -> KnownNetwork | None:
@@ -181,3 +182,11 @@ class AttentionStore:
             "right = right + excluded.right, wrong = wrong + excluded.wrong",
             ((axiom, int(right), int(not right)) for axiom, right in conclusions),
         )
+
+
+def _held_out(scenes: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Which examples are held out, by the hash of their scene: it stays so whatever comes later."""
+    chosen: npt.NDArray[np.bool_] = scenes % _HELD_OUT_OF == 0
+    if not chosen.any():  # so it may happen with few scenes, but one is needed
+        chosen = scenes == scenes.min()
+    return chosen

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
+from ros_scenesense.learning.scoring import TRUE_FROM
 from ros_scenesense.learning.strength import FORGOTTEN_BELOW, Strength
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.learning import AxiomRequest, Axioms, LearnedAxiom
@@ -48,7 +49,7 @@ def changes_of_cycle(
             continue
         strength = old.strength if old.pinned else old.strength.step()
         what = "faded"
-        if old.id in again or old.used:
+        if old.id in again or _is_used_well(old):
             strength = strength.reinforced()
             what = "learned again" if old.id in again else "used"
         new = replace(old, strength=strength)
@@ -149,6 +150,12 @@ def message_of(store: LearnerStore, now_ns: int) -> Axioms:
 
 
 _DONE = {"pin": "pinned", "veto": "vetoed", "accept": "accepted"}
+
+
+def _is_used_well(axiom: StoredAxiom) -> bool:
+    """Whether it was used, and right as often as an axiom of its kind must be."""
+    uses = axiom.right + axiom.wrong
+    return uses > 0 and axiom.right >= TRUE_FROM[axiom.kind] * uses
 
 
 def _adopted(

@@ -82,8 +82,8 @@ class AxiomLearnerConfiguration:
     trees: int = parameter(100, "trees of the ensemble", minimum=1, maximum=10_000)
     reinforce: str = parameter(
         "used_right",
-        "what an axiom is reinforced by besides being learned again: a decision that it was used "
-        "for (the paper), or only a right one",
+        "what an axiom is reinforced by besides being learned again: that it was used (the paper), "
+        "or that its decisions were right as often as is asked of an axiom of its kind",
         choices=("used", "used_right"),
     )
     relevant_only: bool = parameter(
@@ -269,19 +269,22 @@ class AxiomLearnerStage:
         names = tuple(each.name for each in facts.objects)
         return None if atoms is None else SceneState(names, atoms)
 
-    def _used(self, beliefs: Beliefs, verdicts: Verdicts) -> list[str]:
-        """Ids of the axioms that this scene reinforces."""
+    def _used(self, beliefs: Beliefs, verdicts: Verdicts) -> list[tuple[str, bool]]:
+        """The axioms that decided something in this scene, each with whether that was right.
+
+        Where use alone reinforces, every use counts as right.
+        """
         right = {
-            (each.subject[0], each.task)
+            (each.subject[0], each.task): each.verdict == "right"
             for each in verdicts.verdicts
-            if each.kind == "object" and each.verdict == "right"
+            if each.kind == "object" and each.verdict in ("right", "wrong")
         }
-        right_only = self.configuration.reinforce == "used_right"
+        any_use = self.configuration.reinforce == "used"
         return [
-            axiom
+            (axiom, any_use or right[each.name, task])
             for each in beliefs.objects
             for fluent, task in FLUENTS.items()
-            if not right_only or (each.name, task) in right
+            if (each.name, task) in right
             for axiom in (each.stable if fluent == "stable" else each.occluded).axioms
         ]
 

@@ -47,7 +47,8 @@ CREATE TABLE axiom (
     purity REAL NOT NULL,
     born INTEGER NOT NULL,
     pinned INTEGER NOT NULL DEFAULT 0,
-    used INTEGER NOT NULL DEFAULT 0
+    right INTEGER NOT NULL DEFAULT 0,
+    wrong INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE event (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -84,7 +85,8 @@ class StoredAxiom:
         purity: Share of those that it was true of.
         born: The cycle in which it was learned.
         pinned: Whether a person wants it never to be forgotten.
-        used: Whether it was used since the last cycle.
+        right: Right decisions that it was used for since the last cycle.
+        wrong: Wrong ones.
     """
 
     id: str
@@ -96,7 +98,8 @@ class StoredAxiom:
     purity: float
     born: int
     pinned: bool = False
-    used: bool = False
+    right: int = 0
+    wrong: int = 0
 
 
 @dataclass(frozen=True)
@@ -156,7 +159,7 @@ class LearnerStore:
         scene_id: str,
         state: SceneState,
         literals: Iterable[tuple[str, int, bool, Reason]],
-        used: Iterable[str],
+        used: Iterable[tuple[str, bool]],
     ) -> bool:
         """Keeps a labelled scene: fluent, object, label and reason of each literal.
 
@@ -164,7 +167,7 @@ class LearnerStore:
             scene_id: The scene.
             state: What holds in it.
             literals: Its labels.
-            used: Ids of the learned axioms that it reinforces.
+            used: Ids of the axioms that decided something, each with whether that was right.
 
         Returns:
             Whether it was new.
@@ -183,7 +186,8 @@ class LearnerStore:
                 ((number, *each) for each in literals),
             )
             self._connection.executemany(
-                "UPDATE axiom SET used = 1 WHERE id = ?", ((name,) for name in used)
+                "UPDATE axiom SET right = right + ?, wrong = wrong + ? WHERE id = ?",
+                ((int(right), int(not right), name) for name, right in used),
             )
             oldest = number - self._kept_scenes
             self._connection.execute("DELETE FROM literal WHERE scene <= ?", (oldest,))
@@ -245,7 +249,7 @@ class LearnerStore:
         """Writes what a cycle changed; the scenes of these numbers are not new any more."""
         with self._connection:
             self._apply(changes)
-            self._connection.execute("UPDATE axiom SET used = 0")
+            self._connection.execute("UPDATE axiom SET right = 0, wrong = 0")
             self._connection.executemany(
                 "UPDATE scene SET learned = 1 WHERE number = ?", ((each,) for each in learned)
             )
@@ -271,8 +275,9 @@ class LearnerStore:
 
     def _apply(self, changes: Changes) -> None:
         self._connection.executemany(
-            "INSERT INTO axiom VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE "
-            "SET state = excluded.state, decay = excluded.decay, idle = excluded.idle, "
+            "INSERT INTO axiom VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
+            "ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
+            "decay = excluded.decay, idle = excluded.idle, "
             "support = excluded.support, purity = excluded.purity, pinned = excluded.pinned",
             (
                 (
@@ -286,7 +291,8 @@ class LearnerStore:
                     each.purity,
                     each.born,
                     each.pinned,
-                    each.used,
+                    each.right,
+                    each.wrong,
                 )
                 for each in changes.axioms
             ),
@@ -322,8 +328,8 @@ def look_into(path: Path) -> LearnerContents:
 
 def _axioms(connection: sqlite3.Connection) -> list[StoredAxiom]:
     rows = connection.execute(
-        "SELECT id, text, kind, state, decay, idle, support, purity, born, pinned, used "
-        "FROM axiom ORDER BY born, rowid"
+        "SELECT id, text, kind, state, decay, idle, support, purity, born, pinned, right, "
+        "wrong FROM axiom ORDER BY born, rowid"
     )
     return list(map(_axiom, rows))
 
@@ -345,10 +351,10 @@ def _state(text: str) -> SceneState:
 
 
 def _axiom(row: Sequence[Any]) -> StoredAxiom:
-    id, text, kind, state, decay, idle, support, purity, born, pinned, used = row
+    id, text, kind, state, decay, idle, support, purity, born, pinned, right, wrong = row
     strength = Strength(decay, idle)
     return StoredAxiom(
-        id, text, kind, state, strength, support, purity, born, bool(pinned), bool(used)
+        id, text, kind, state, strength, support, purity, born, bool(pinned), right, wrong
     )
 
 

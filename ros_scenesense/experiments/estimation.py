@@ -1,0 +1,208 @@
+"""Experiments on estimation, hypotheses H2 and H3 of the paper: networks need reasoning to look.
+
+Paper, second and third set of experiments. Networks are trained on few and on many images, as the
+paper does it with LeNet and AlexNet, on whole images or led by reasoning and attention; ours is the
+network that is asked one question at a time. What is added to the paper: what reasoning alone
+decides, the majority class, our network's inputs without reasoning, and without each part.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ros_scenesense.errors import DatasetError, ParameterError
+from ros_scenesense.experiments.estimation_plans import (
+    ESTIMATION,
+    QUICK,
+    SAMPLES,
+    Plan,
+)
+from ros_scenesense.experiments.estimation_report import Setting, report_on
+from ros_scenesense.experiments.estimation_samples import WAYS
+from ros_scenesense.experiments.estimation_scenes import chunks, look_at
+from ros_scenesense.experiments.estimation_trials import Tried, kept_trial
+from ros_scenesense.experiments.outcome import Outcome
+from ros_scenesense.results import write_atomically
+
+_PLANS = {"estimation": ESTIMATION, "samples": SAMPLES}
+_SCENES_PER_FILE = 100
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an experiment is run.
+
+    Attributes:
+        command: The command line, for the result.
+        experiment: `estimation` or `samples`.
+        seed: Of everything that is drawn.
+        quick: Few scenes and trials, to see that it runs.
+        jobs: Worker processes.
+        dataset: Folder of a dataset; None simulates one.
+        scenes: How many scenes of it to use, the first ones; 0 = all that the experiment asks for.
+        network: `lenet`, `alexnet` or `query`: its ways alone; `all`.
+        schedule: `validated`, or `paper`: the paper's iterations for its two networks.
+        device: Where to train.
+        ways: Only these of `estimation_samples.WAYS`; empty = all.
+        sizes: Only these numbers of training images; empty = all.
+        work: Folder that keeps the scenes as they were looked at, and finished trials, so that an
+            interrupted run goes on; None = none.
+    """
+
+    command: str
+    experiment: str = "estimation"
+    seed: int = 0
+    quick: bool = False
+    jobs: int = 1
+    dataset: Path | None = None
+    scenes: int = 0
+    network: str = "all"
+    schedule: str = "validated"
+    device: str = "cpu"
+    ways: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    work: Path | None = None
+
+
+Say = Callable[[str], None]
+
+
+def conduct(options: Options, say: Say) -> Outcome:
+    """Runs the experiment.
+
+    Args:
+        options: How.
+        say: Takes a line when something has been done.
+
+    Raises:
+        DatasetError: If the dataset is none, or too small.
+        ParameterError: If a way is none of those.
+        NetworkError: If the scenes cannot teach anything.
+    """
+    unknown = set(options.ways) - WAYS.keys()
+    if unknown:
+        raise ParameterError(
+            f"--ways names {', '.join(sorted(unknown))}, must be of {', '.join(WAYS)}"
+        )
+    plan = QUICK if options.quick else _PLANS[options.experiment]
+    with tempfile.TemporaryDirectory() as folder, _dataset(options, plan, say) as dataset:
+        views = options.work or Path(folder)
+        scenes = look(dataset, views, plan, options, say)
+        tried = try_all(views, scenes, plan, options, say)
+    setting = Setting(
+        experiment=options.experiment,
+        command=options.command,
+        seed=options.seed,
+        scenes=scenes,
+        tests=plan.tests(scenes),
+        repeats=plan.repeats,
+        schedule=options.schedule,
+    )
+    return report_on(tried, setting)
+
+
+def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) -> int:
+    """Shows scenes to the loop and keeps what networks need; gives how many.
+
+    Raises:
+        DatasetError: If there are too few, or the folder keeps others.
+    """
+    from joblib import Parallel, delayed, parallel_config
+
+    from ros_scenesense.simulation.dataset.reader import DatasetReader
+
+    reader = DatasetReader(dataset)
+    count = min(len(reader), options.scenes or plan.most_scenes)
+    smallest = min(min(sizes) for sizes in plan.sizes.values())
+    if count - plan.tests(count) < smallest:
+        raise DatasetError(
+            f"{count} scenes are too few to train on {smallest} and test on a third: generate more"
+        )
+    whose = f"{reader.metadata.fingerprint()} seed {options.seed}, {count} scenes\n"
+    _claim(folder, whose)
+    parts = {folder / f"{part.start:06d}.joblib": part for part in chunks(count, _SCENES_PER_FILE)}
+    missing = {file: part for file, part in parts.items() if not file.exists()}
+    if not missing:
+        return count
+    done = count - sum(map(len, missing.values()))
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        jobs = Parallel(n_jobs=min(options.jobs, len(missing)), return_as="generator")
+        for number in jobs(
+            delayed(look_at)(dataset, part, options.seed, file) for file, part in missing.items()
+        ):
+            done += number
+            if done % 500 < _SCENES_PER_FILE or done == count:
+                say(f"looked at {done} of {count} scenes")
+    return count
+
+
+def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -> list[Tried]:
+    """Runs all trials of a plan on scenes that were looked at."""
+    from joblib import Parallel, delayed, parallel_config
+
+    trials = [
+        trial
+        for trial in plan.trials(scenes, options.seed, options.schedule, options.device)
+        if trial.way not in WAYS
+        or (
+            options.network in ("all", WAYS[trial.way].kind)
+            and (not options.ways or trial.way in options.ways)
+            and (not options.sizes or trial.images in options.sizes)
+        )
+    ]
+    tried = []
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        jobs = Parallel(
+            n_jobs=min(options.jobs, len(trials)),
+            return_as="generator_unordered",
+            pre_dispatch="n_jobs",
+            batch_size=1,
+        )
+        for one in jobs(delayed(kept_trial)(folder, trial) for trial in trials):
+            tried.append(one)
+            trial, scores = one.trial, next(iter(one.scores.values()))
+            say(
+                f"trial {len(tried)} of {len(trials)}: {trial.way}, {trial.images} images, "
+                f"{trial.knowledge} knowledge: {scores['accuracy']:.1%}, {one.seconds:.0f} s"
+            )
+    # In the order of the plan, whoever was first.
+    place = {trial: number for number, trial in enumerate(trials)}
+    return sorted(tried, key=lambda one: place[one.trial])
+
+
+def _claim(folder: Path, whose: str) -> None:
+    """Takes a folder for some scenes, or finds it taken for them."""
+    mark = folder / "scenes.txt"
+    if not mark.exists():
+        if folder.exists() and any(folder.iterdir()):
+            raise DatasetError(f"'{folder}' holds something else: choose a new folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(mark, whose.encode())
+    elif mark.read_text() != whose:
+        raise DatasetError(
+            f"'{folder}' keeps other scenes, {mark.read_text().strip()}: choose a new folder"
+        )
+
+
+@contextmanager
+def _dataset(options: Options, plan: Plan, say: Say) -> Iterator[Path]:
+    """The dataset that was given, or a new one that is removed afterwards."""
+    from ros_scenesense.simulation.dataset.generation import generate
+    from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
+    from ros_scenesense.simulation.engine import SimulationConfiguration
+
+    if options.dataset is not None:
+        yield options.dataset
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        count = options.scenes or plan.scenes
+        say(f"simulating {count} scenes")
+        metadata = describe(
+            SimulationConfiguration(), DatasetOptions(count=count, seed=options.seed)
+        )
+        generate(Path(folder) / "dataset", metadata, options.jobs)
+        yield Path(folder) / "dataset"

@@ -1,0 +1,155 @@
+"""The discussion of the experiments on estimation, in plain words and with the figures found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ros_scenesense.experiments.comparison import Comparison
+
+if TYPE_CHECKING:
+    from ros_scenesense.experiments.estimation_report import Setting
+
+
+def notes_of(
+    figures: Mapping[str, float], claims: Mapping[str, Comparison], setting: Setting
+) -> list[str]:
+    """Paragraphs of Markdown.
+
+    Args:
+        figures: Means over the repetitions, from 0 to 1.
+        claims: What was compared, by what is claimed.
+        setting: Of the run.
+    """
+    notes = [_where_from(setting)]
+    parts = (_reasoning, _attention, _network, _limits)
+    notes += [text for part in parts for text in [part(figures)] if text]
+    for title, verdict in (
+        ("Shown at 95 %", "shown"),
+        ("The opposite is shown at 95 %", "the opposite is shown"),
+        ("Not shown", "not shown"),
+    ):
+        several = [words for words, one in claims.items() if one.verdict == verdict]
+        if several:
+            notes.append(f"{title}: {'; '.join(several)}.")
+    return notes
+
+
+def _where_from(setting: Setting) -> str:
+    return (
+        "These figures are from simulation, not from real scenes. Depth has the noise of a Kinect; "
+        "objects are told apart by the simulator's instance ids, but masks, depth and geometry are "
+        "of perceived pixels, and relations come from SceneSense's own grounding. "
+        f"{setting.scenes} scenes were used: {setting.tests} of them, the last ones, test, the "
+        f"others are drawn from to train, {setting.repeats} times each with other images, weights "
+        "and batches; a fifth of the training images only says when to stop. **Incomplete "
+        "knowledge** lacks the six axioms that are to be learned, **complete** has them. "
+        "**Accuracy** counts the occlusion of every object and the stability of every structure, "
+        "what all ways estimate; no decision counts as a wrong one, ambiguous labels do not count. "
+        "A stack is a structure of two objects or more. AlexNet is reduced to 115 pixels and an "
+        "eighth of its filters, and learns faster (0.0005), to fit a CPU. The slots of LeNet and "
+        "AlexNet are filled by the true structures, in their favour. Schedule: "
+        f"{setting.schedule}."
+    )
+
+
+def _reasoning(figures: Mapping[str, float]) -> str:
+    if "reasoning_alone" not in figures:
+        return ""
+    text = (
+        "**What reasoning contributed.** With incomplete knowledge little: it decides "
+        f"{_share(figures, 'reasoning_decided')} of the labels, and the most frequent answer "
+        f"for the others comes to {_share(figures, 'reasoning_majority')} (everywhere: "
+        f"{_share(figures, 'majority')})."
+    )
+    if "reasoning_alone_complete" in figures:
+        text += (
+            " With complete knowledge it decides "
+            f"{_share(figures, 'reasoning_decided_complete')} and has "
+            f"{_share(figures, 'reasoning_alone_complete')} of all labels right without any "
+            "network."
+        )
+    if "architecture_100_complete" in figures:
+        text += (
+            " With a network for the rest, trained on 100 images, it is "
+            f"{_share(figures, 'architecture_100_complete')} right, with incomplete knowledge "
+            f"{_share(figures, 'architecture_100')}."
+        )
+    return text
+
+
+def _attention(figures: Mapping[str, float]) -> str:
+    text = ""
+    if {"lenet_100", "lenet_att_100"} <= figures.keys():
+        text = (
+            "**What attention contributed.** On regions of interest instead of whole images, "
+            f"LeNet trained on 100 images changes from {_share(figures, 'lenet_100')} to "
+            f"{_share(figures, 'lenet_att_100')}"
+        )
+        if {"lenet_1000", "lenet_att_1000"} <= figures.keys():
+            text += (
+                f", on 1000 images from {_share(figures, 'lenet_1000')} to "
+                f"{_share(figures, 'lenet_att_1000')}"
+            )
+        text += "."
+    if {"same_channels_100", "query_100"} <= figures.keys():
+        text += (
+            " Our network, with the same channels and numbers, has "
+            f"{_share(figures, 'same_channels_100')} on whole images without reasoning and "
+            f"{_share(figures, 'query_100')} on regions with it (100 images): the difference is "
+            "what reasoning and attention add to it."
+        )
+    return text
+
+
+def _network(figures: Mapping[str, float]) -> str:
+    if "query_100" not in figures:
+        return ""
+    text = (
+        "**What the network contributed.** One question about one object, which is marked, instead "
+        f"of all answers at once: {_share(figures, 'query_100')} with 100 images"
+    )
+    if "query_1000" in figures:
+        text += f", {_share(figures, 'query_1000')} with 1000"
+    text += "."
+    if {"query_pixels_100", "query_geometry_100"} <= figures.keys():
+        text += (
+            " Without the numbers from geometry it is "
+            f"{_share(figures, 'query_pixels_100')} (stacks "
+            f"{_share(figures, 'query_pixels_stack_100')} instead of "
+            f"{_share(figures, 'query_stack_100')}), without pixels "
+            f"{_share(figures, 'query_geometry_100')}: pixels tell occlusion, geometry stability."
+        )
+    if "images_ratio_query" in figures:
+        text += (
+            " It needs at most "
+            f"{_share(figures, 'images_ratio_query')} of the images that LeNet needs on whole "
+            "images for the same accuracy."
+        )
+    return text
+
+
+_GOALS = {
+    "architecture_100": 0.95,
+    "occlusion_100": 0.93,
+    "stability_100": 0.93,
+    "stability_structures_100": 0.93,
+    "stability_stacks_100": 0.85,
+}
+
+
+def _limits(figures: Mapping[str, float]) -> str:
+    """Aims that were set beforehand, and whether they are reached."""
+    known = {name: goal for name, goal in _GOALS.items() if name in figures}
+    if not known:
+        return ""
+    several = "; ".join(
+        f"`{name}` {_share(figures, name)} ({'reached' if figures[name] >= goal else 'missed'}: "
+        f"{100 * goal:.0f} %)"
+        for name, goal in known.items()
+    )
+    return f"**Aims set beforehand**, 100 training images, incomplete knowledge: {several}."
+
+
+def _share(figures: Mapping[str, float], name: str) -> str:
+    return f"{100.0 * figures[name]:.1f} %"
