@@ -70,7 +70,7 @@ class _Reader:
         word, arguments = parts
         if arguments is None:
             return Constant(word.text, word.place)
-        return Record(word.text, arguments, word.place)
+        return Record(word.text, tuple(map(_term, arguments)), word.place)
 
     def sort_atom(self, parts: Parts) -> SortTest:
         word, terms = parts
@@ -312,7 +312,7 @@ def _literal(part: Any, positive: bool) -> Atomic:
         case Constant(name, place):
             return Literal(Atom(name, (), place), positive)
         case Record(functor, arguments, place):
-            return Literal(Atom(functor, tuple(map(_term, arguments)), place), positive)
+            return Literal(Atom(functor, arguments, place), positive)
     raise MisplacedError(_place(part), f"found {part}, expected a literal")
 
 
