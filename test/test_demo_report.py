@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ros_scenesense.demo import report as report_module
+from ros_scenesense.demo.annotation import Note, Rectangle, annotate
 from ros_scenesense.demo.overlay import outline, place_tags
 from ros_scenesense.demo.report import render, write_report
 from ros_scenesense.demo.summary import RunEnd, summarise
@@ -192,3 +193,16 @@ def test_in_a_crowd_a_name_stands_on_its_own_object():
     assert tag.left + tag.width <= 220
     assert tag.top >= 100
     assert tag.top + tag.height <= 160
+
+
+def test_rectangles_are_drawn_below_the_words():
+    color = np.full((240, 320, 3), 90, np.uint8)
+    instances = np.zeros((240, 320), np.uint16)
+    instances[100:140, 140:180] = 1
+    note, orange = Note(1, "red_cube, stable 94%, visible", (0, 130, 0)), (255, 140, 0)
+    around = Rectangle(130, 60, 60, 120, orange)
+    plain, framed = annotate(color, instances, [note]), annotate(color, instances, [note], [around])
+    assert (framed[300, 390] == orange).all()
+    words = (plain == 255).all(axis=-1) | (plain == (0, 130, 0)).all(axis=-1)
+    assert words.sum() > 5000
+    assert (framed[words] == plain[words]).all()

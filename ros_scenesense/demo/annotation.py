@@ -17,6 +17,7 @@ Image = npt.NDArray[np.uint8]
 Color = tuple[int, int, int]
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
+_CHARACTER_WIDTH = 0.46
 _DRAWN_WIDTH = 960
 _WIDEST_WITHOUT_LOSS = 720
 
@@ -36,17 +37,35 @@ class Note:
     color: Color
 
 
-def annotate(color: Image, instances: npt.NDArray[np.uint16], notes: Iterable[Note]) -> Image:
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangle in the image, pixels of the image, and the RGB of its line."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+    color: Color
+
+
+def annotate(
+    color: Image,
+    instances: npt.NDArray[np.uint16],
+    notes: Iterable[Note],
+    rectangles: Iterable[Rectangle] = (),
+) -> Image:
     """The colour image, enlarged to about 1,000 pixels a row, with notes at its objects.
 
     Args:
         color: (H, W, 3) RGB.
         instances: (H, W) instance ids.
         notes: What to write; of an object that no pixel shows nothing is drawn.
+        rectangles: Drawn below what is written.
 
     Returns:
         (s H, s W, 3) RGB.
     """
+    given_width = instances.shape[1]
     color, instances = _reduced(color, instances)
     height, width = instances.shape
     scale = max(2, round(_DRAWN_WIDTH / width))
@@ -63,7 +82,9 @@ def annotate(color: Image, instances: npt.NDArray[np.uint16], notes: Iterable[No
         words = note.words if note.words not in outlines else f"{note.words} #{note.instance}"
         outlines[words], colors[words] = found, note.color
         draw_outline(image, instances == note.instance, note.color)
-    for words, tag in place_tags(outlines, instances).items():
+    for rectangle in rectangles:
+        _draw_rectangle(image, rectangle, image.shape[1] / given_width)
+    for words, tag in place_tags(outlines, instances, _CHARACTER_WIDTH).items():
         _draw_tag(image, tag, words, colors[words], scale)
     return image
 
@@ -98,6 +119,18 @@ def write_picture(image: Image, path: Path) -> None:
         path.write_bytes(content.tobytes())
     except OSError as error:
         raise SceneSenseError(f"'{path}' cannot be written: {error.strerror}") from error
+
+
+def surely(probability: float) -> str:
+    """How probable a decision is, in per cent; no network is ever certain."""
+    return ">99%" if probability > 0.99 else f"{probability:.0%}"
+
+
+def _draw_rectangle(image: Image, rectangle: Rectangle, scale: float) -> None:
+    corner = round(scale * rectangle.left), round(scale * rectangle.top)
+    right, bottom = rectangle.left + rectangle.width, rectangle.top + rectangle.height
+    opposite = round(scale * right), round(scale * bottom)
+    cv2.rectangle(image, corner, opposite, rectangle.color, 2, cv2.LINE_AA)
 
 
 def _reduced(

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ros_scenesense.demo.annotation import surely
 from ros_scenesense.demo.overlay import Outline, Tag, outline, place_tags
 from ros_scenesense.demo.record import Decision, Image, RunRecord, SceneRecord, Subject
 from ros_scenesense.messages.attention import Roi
@@ -208,7 +209,8 @@ def _badge(decision: Decision) -> tuple[str, str]:
     """Style and words of who decided."""
     estimate = decision.estimate
     if estimate.source == "network":
-        return "network", f"network {_surely(estimate.probability)}".rstrip()
+        probability = estimate.probability
+        return "network", "network" if probability is None else f"network {surely(probability)}"
     status = decision.belief.status
     if estimate.source != "none":
         by_default = estimate.source == "default"
@@ -217,13 +219,6 @@ def _badge(decision: Decision) -> tuple[str, str]:
         # The estimates did not come, or know nothing of it.
         status = DecisionStatus.UNDECIDED
     return status.value, _STATUS_WORDS[status]
-
-
-def _surely(probability: float | None) -> str:
-    if probability is None:
-        return ""
-    # No network is ever certain.
-    return ">99%" if probability > 0.99 else f"{probability:.0%}"
 
 
 def _truth(decision: Decision, yes: str, no: str, visible_fraction: float | None) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 FONT_SIZE = 8.0
-_CHARACTER_WIDTH = 0.6 * FONT_SIZE
 _TAG_HEIGHT = FONT_SIZE + 3.5
 _PADDING = 3.0
 _GAP = 2.0
@@ -103,7 +102,9 @@ def _smooth_contours(mask: npt.NDArray[np.uint8]) -> list[npt.NDArray[np.float32
 
 
 def place_tags(
-    outlines: Mapping[str, Outline], instances: npt.NDArray[np.uint16]
+    outlines: Mapping[str, Outline],
+    instances: npt.NDArray[np.uint16],
+    character_width: float = 0.6,
 ) -> dict[str, Tag]:
     """Places the name of each object beside its outline.
 
@@ -114,6 +115,7 @@ def place_tags(
     Args:
         outlines: By object name.
         instances: (H, W) instance ids.
+        character_width: Of the font, as a share of `FONT_SIZE`.
     """
     placed: dict[str, Tag] = {}
     by_size = sorted(outlines, key=lambda name: (outlines[name].right - outlines[name].left, name))
@@ -122,7 +124,7 @@ def place_tags(
         away = cv2.distanceTransform((~own).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
         cost = np.where(own, _OWN_PIXEL, instances > 0)
         placed[name] = min(
-            _candidates(outlines[name], name, instances.shape),
+            _candidates(outlines[name], len(name) * character_width * FONT_SIZE, instances.shape),
             key=lambda tag, cost=cost, away=away: (  # type: ignore[misc]
                 sum(tag.overlap(other) for other in placed.values()),
                 _under(tag, cost).sum() + _PIXEL_AWAY * _under(tag, away).min(),
@@ -131,8 +133,8 @@ def place_tags(
     return placed
 
 
-def _candidates(outline: Outline, name: str, shape: tuple[int, ...]) -> list[Tag]:
-    width = len(name) * _CHARACTER_WIDTH + 2 * _PADDING
+def _candidates(outline: Outline, text_width: float, shape: tuple[int, ...]) -> list[Tag]:
+    width = text_width + 2 * _PADDING
     middle = (outline.left + outline.right - width) / 2
     centre = (outline.top + outline.bottom - _TAG_HEIGHT) / 2
     above, below = outline.top - _TAG_HEIGHT - _GAP, outline.bottom + _GAP

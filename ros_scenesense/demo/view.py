@@ -17,7 +17,7 @@ from ros_scenesense.demo.summary import RunInfo, graph_order
 from ros_scenesense.demo.tables import latency_line, scene_line, scenes_table, totals_table
 
 _SILENT_NS = 2_000_000_000
-_RESERVED_LINES = 21
+_RESERVED_LINES = 23
 
 
 class View(Protocol):
@@ -137,5 +137,5 @@ def _nodes_line(record: RunRecord, now_ns: int) -> Text:
             state, style = ("", "green") if node.latest.warm else (" warming up", "yellow")
         if node.processes > 1:
             state += f" (restarted {node.processes - 1}x)"
-        parts.append(Text.assemble(("● ", style), name, (state, "dim")))
+        parts.append(Text.assemble(("●\N{NO-BREAK SPACE}", style), name, (state, "dim")))
     return Text("   ").join(parts) if parts else Text("no node has answered yet", style="dim")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ros_scenesense.errors import LanguageError
-from ros_scenesense.knowledge.terms import Place, Term, Variable, check_name, variables
+from ros_scenesense.knowledge.terms import Place, Term, Variable, check_name, collect_variables
 
 COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
 
@@ -105,20 +105,18 @@ Condition = Belief | Membership | Comparison
 
 def terms_of(part: Atom | Literal | Condition) -> tuple[Term, ...]:
     """The outermost terms of an atom, a literal or a condition."""
-    match part:
-        case Atom():
-            return part.arguments
-        case Literal():
-            return part.atom.arguments
-        case Belief():
-            return part.literal.atom.arguments
-        case Membership():
-            return (part.term,)
-        case Comparison():
-            return (part.left, part.right)
+    if isinstance(part, Belief):
+        part = part.literal
+    if isinstance(part, Literal):
+        part = part.atom
+    if isinstance(part, Atom):
+        return part.arguments
+    return (part.term,) if isinstance(part, Membership) else (part.left, part.right)
 
 
 def variables_of(part: Atom | Literal | Condition) -> Iterator[Variable]:
     """Its variables, from left to right, as often as they occur."""
+    found: list[Variable] = []
     for term in terms_of(part):
-        yield from variables(term)
+        collect_variables(term, found)
+    return iter(found)

@@ -150,15 +150,21 @@ Symbol = Constant | Number | Record
 
 def variables(term: Term) -> Iterator[Variable]:
     """The variables of a term, from left to right, as often as they occur."""
-    match term:
-        case Variable():
-            yield term
-        case Record():
-            for argument in term.arguments:
-                yield from variables(argument)
-        case Arithmetic():
-            yield from variables(term.left)
-            yield from variables(term.right)
+    found: list[Variable] = []
+    collect_variables(term, found)
+    return iter(found)
+
+
+def collect_variables(term: Term, found: list[Variable]) -> None:
+    """Appends the variables of a term; generators inside generators would take most of the time."""
+    if isinstance(term, Variable):
+        found.append(term)
+    elif isinstance(term, Record):
+        for argument in term.arguments:
+            collect_variables(argument, found)
+    elif isinstance(term, Arithmetic):
+        collect_variables(term.left, found)
+        collect_variables(term.right, found)
 
 
 def _shortened(text: str) -> str:

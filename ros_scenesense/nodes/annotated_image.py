@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.demo.annotation import Color, Note, annotate
+from ros_scenesense.demo.annotation import Color, Note, Rectangle, annotate, surely
 from ros_scenesense.messages.attention import Estimate, Estimates, Roi, Rois
 from ros_scenesense.messages.grounding import Objects
 from ros_scenesense.scene import Frame, Task
@@ -25,7 +24,6 @@ _PARTS: dict[type[Any], str] = {
 }
 _STABLE: dict[bool | None, Color] = {True: (0, 130, 0), False: (205, 0, 0), None: (90, 90, 90)}
 _REGION: dict[Task, Color] = {Task.STABILITY: (255, 140, 0), Task.OCCLUSION: (30, 110, 255)}
-_THICKNESS = 2
 
 
 class AnnotatedImages:
@@ -84,17 +82,16 @@ def draw(
             ]
         )
         notes.append(Note(one.instance, words, _STABLE[about.stable.value]))
-    picture = annotate(color, instances, notes)
-    scale = picture.shape[1] / color.shape[1]
-    for roi in rois:
-        corner = round(scale * roi.left), round(scale * roi.top)
-        opposite = round(scale * (roi.left + roi.width)), round(scale * (roi.top + roi.height))
-        cv2.rectangle(picture, corner, opposite, _REGION[roi.task], _THICKNESS, cv2.LINE_AA)
-    return picture
+    regions = [
+        Rectangle(roi.left, roi.top, roi.width, roi.height, _REGION[roi.task]) for roi in rois
+    ]
+    return annotate(color, instances, notes, regions)
 
 
 def _said(estimate: Estimate, positive: str, negative: str) -> str:
     if estimate.value is None:
         return f"{positive}?"
     said = positive if estimate.value else negative
-    return f"{said} {estimate.probability:.2f}" if estimate.source == "network" else said
+    if estimate.source != "network" or estimate.probability is None:
+        return said
+    return f"{said} {surely(estimate.probability)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ros_scenesense.knowledge.literals import Comparison, Literal, terms_of, variables_of
+from ros_scenesense.knowledge.literals import Atom, Comparison, Literal, terms_of, variables_of
 from ros_scenesense.knowledge.numbers import Interval, combined
 from ros_scenesense.knowledge.problems import Problems, listed, nearest
 from ros_scenesense.knowledge.sparc.declarations import Signature, is_unknown
@@ -88,7 +88,7 @@ class Checker:
         """Checks a line of the display section."""
         if isinstance(atom, SortTest):
             if self._sort(atom.sort, atom.place) and atom.term is not None:
-                self._argument(self._signature.sorts[atom.sort], atom.term, str(atom.term))
+                self._argument(self._signature.sorts[atom.sort], atom.term, atom.term)
         elif atom.atom.arguments or not self._predicate(atom):
             self.literal(atom)
 
@@ -140,7 +140,7 @@ class Checker:
             )
             return False
         fit = [
-            self._argument(sort, term, str(atom))
+            self._argument(sort, term, atom)
             for sort, term in zip(sorts, atom.arguments, strict=True)
         ]
         return all(fit)
@@ -156,7 +156,7 @@ class Checker:
     def _membership(self, name: str, term: Term, place: Place | None) -> bool:
         return self._sort(name, place or Place("", 1, 1)) and self._term(term)
 
-    def _argument(self, sort: Extent, term: Term, inside: str) -> bool:
+    def _argument(self, sort: Extent, term: Term, inside: Atom | Term) -> bool:
         """An argument of a sort; only terms without variables and arithmetic can be outside."""
         if is_unknown(sort) or not self._term(term):
             return False
@@ -207,8 +207,8 @@ class Checker:
             return False
         return all(map(self._term, term.arguments))
 
-    def _outside(self, sort: Extent, value: str, inside: str = "") -> str:
-        where = f" in {inside}" if inside and inside != value else ""
+    def _outside(self, sort: Extent, value: str, inside: Atom | Term | None = None) -> str:
+        where = f" in {inside}" if inside and str(inside) != value else ""
         words = f"'{value}'{where} does not belong to sort '{_name(sort)}'"
         if sort.size > _MOST_NAMES:
             return words

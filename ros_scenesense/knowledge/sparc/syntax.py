@@ -35,7 +35,7 @@ _STARTS = {
     "display": "display",
 }
 _JOINING = {"and": "_AND", "or": "_OR"}
-_ARITHMETIC = {"_PLUS", "_MINUS", "_TIMES", "_DIVIDED"}
+_ARITHMETIC = {"PLUS", "MINUS", "TIMES", "DIVIDED"}
 
 
 class _Given(Lexer):

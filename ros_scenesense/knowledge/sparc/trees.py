@@ -70,7 +70,7 @@ class _Reader:
         word, arguments = parts
         if arguments is None:
             return Constant(word.text, word.place)
-        return Record(word.text, arguments, word.place)
+        return Record(word.text, tuple(map(_term, arguments)), word.place)
 
     def sort_atom(self, parts: Parts) -> SortTest:
         word, terms = parts
@@ -80,23 +80,24 @@ class _Reader:
             )
         return SortTest(word.text[1:], None if terms is None else _term(terms[0]), word.place)
 
-    def plus(self, parts: Parts) -> Arithmetic:
-        return _arithmetic("+", parts)
-
-    def minus(self, parts: Parts) -> Arithmetic:
-        return _arithmetic("-", parts)
-
-    def times(self, parts: Parts) -> Arithmetic:
-        return _arithmetic("*", parts)
-
-    def divided(self, parts: Parts) -> Arithmetic:
-        return _arithmetic("/", parts)
+    def computed(self, parts: Parts) -> Arithmetic:
+        sums, signs = [_summand(parts[0])], []
+        for operator, factor in parts[1:]:
+            if operator.text in ("*", "/"):
+                sums[-1] = Arithmetic(operator.text, sums[-1], _summand(factor), sums[-1].place)
+            else:
+                signs.append(operator.text)
+                sums.append(_summand(factor))
+        total: Arithmetic = sums[0]
+        for sign, part in zip(signs, sums[1:], strict=True):
+            total = Arithmetic(sign, total, part, total.place)
+        return total
 
     def literal(self, parts: Parts) -> Atomic:
         return _literal(parts[0], True)
 
     def negative(self, parts: Parts) -> Atomic:
-        return _literal(parts[0], False)
+        return _literal(parts[1], False)
 
     def absent(self, parts: Parts) -> Condition:
         return _condition(parts[0], True)
@@ -241,15 +242,15 @@ class _Reader:
         return Concatenation(tuple(parts), parts[0].place)
 
     def union(self, parts: Parts) -> Combined:
-        one, other = parts
+        one, _, other = parts
         before = one.parts if isinstance(one, Combined) and one.operator == "+" else (one,)
         return Combined("+", (*before, other), _expression_place(one))
 
     def difference(self, parts: Parts) -> Combined:
-        return Combined("-", tuple(parts), _expression_place(parts[0]))
+        return Combined("-", tuple(parts[::2]), _expression_place(parts[0]))
 
     def intersection(self, parts: Parts) -> Combined:
-        return Combined("*", tuple(parts), _expression_place(parts[0]))
+        return Combined("*", tuple(parts[::2]), _expression_place(parts[0]))
 
     def predicate(self, parts: Parts) -> Predicate:
         name, sorts = parts
@@ -289,16 +290,15 @@ def _term(part: Any) -> Any:
     return part
 
 
-def _arithmetic(operator: str, parts: Parts) -> Arithmetic:
-    for each in parts:
-        if isinstance(each, Constant):
-            raise MisplacedError(
-                each.place, f"found '{each}' in arithmetic, expected a number: it is no constant"
-            )
-        if isinstance(each, Record):
-            raise MisplacedError(each.place, f"found '{each}' in arithmetic, expected a number")
-    left, right = map(_term, parts)
-    return Arithmetic(operator, left, right, left.place)
+def _summand(part: Any) -> Any:
+    """A part of arithmetic."""
+    if isinstance(part, Constant):
+        raise MisplacedError(
+            part.place, f"found '{part}' in arithmetic, expected a number: it is no constant"
+        )
+    if isinstance(part, Record):
+        raise MisplacedError(part.place, f"found '{part}' in arithmetic, expected a number")
+    return _term(part)
 
 
 def _literal(part: Any, positive: bool) -> Atomic:
@@ -312,7 +312,7 @@ def _literal(part: Any, positive: bool) -> Atomic:
         case Constant(name, place):
             return Literal(Atom(name, (), place), positive)
         case Record(functor, arguments, place):
-            return Literal(Atom(functor, tuple(map(_term, arguments)), place), positive)
+            return Literal(Atom(functor, arguments, place), positive)
     raise MisplacedError(_place(part), f"found {part}, expected a literal")
 
 

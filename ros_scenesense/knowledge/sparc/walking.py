@@ -79,6 +79,9 @@ def memberships_of(rule: Rule) -> tuple[Membership, ...]:
 @once
 def projected_variables(rule: Rule) -> frozenset[Variable]:
     """The `_` of beliefs, except in arithmetic: clingo's own `_`, "no value at all" under `not`."""
+    literals = [literal for literal, _ in literals_of(rule)]
+    if not any(is_anonymous(each) for literal in literals for each in variables_of(literal)):
+        return frozenset()
     elements = [element for group in rule.groups for element in group.elements]
     found: set[Variable] = set()
     for conditions in (rule.conditions, *(element.conditions for element in elements)):

@@ -28,8 +28,8 @@ _WORDS = re.compile(
 SIGNS = {
     ":-": "_IF", ":+": "_CR", ":~": "_WEAK", "..": "_TO", ":": "_COLON", ";": "_SEMICOLON",
     ",": "_COMMA", "|": "_BAR", "@": "_AT", "(": "_LPAR", ")": "_RPAR", "{": "_LBRACE",
-    "}": "_RBRACE", "[": "_LBRACKET", "]": "_RBRACKET", "+": "_PLUS", "-": "_MINUS",
-    "*": "_TIMES", "/": "_DIVIDED", "=": "EQUAL", ".": "STOP",
+    "}": "_RBRACE", "[": "_LBRACKET", "]": "_RBRACKET", "+": "PLUS", "-": "MINUS",
+    "*": "TIMES", "/": "DIVIDED", "=": "EQUAL", ".": "STOP",
     **dict.fromkeys(("!=", "<", "<=", ">", ">=", "=="), "COMPARISON"),
 }  # fmt: skip
 
