@@ -8,12 +8,16 @@ import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.parameters import Parameter
+
+if TYPE_CHECKING:
+    from ros_scenesense.experiments.axioms import Options as LearningOptions
 
 _EPILOG = """\
 Figures of a full run are in docs/results/, with the command that made them.
@@ -47,19 +51,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("samples", "hypothesis H3: reasoning and attention save training images"),
     ):
         _add_estimation(experiments.add_parser(name, help=words, epilog=_EPILOG))
-    axioms = experiments.add_parser(
-        "axioms",
-        help="hypothesis H4: axioms learned from labelled scenes, Algorithm 1 beside ours",
-        epilog=_EPILOG,
-    )
-    axioms.add_argument(
-        "--dataset",
-        type=Path,
-        metavar="DIR",
-        help="labelled scenes made with `scenesense dataset generate DIR --count 2600` (default: "
-        "simulate as many)",
-    )
-    _add_common(axioms)
+    for name, words, count in (
+        ("axioms", "hypothesis H4: axioms from labelled scenes, Algorithm 1 and ours", 2600),
+        ("forgetting", "hypothesis H5: wrong axioms are found and forgotten, in ten cycles", 2400),
+    ):
+        learning = experiments.add_parser(name, help=words, epilog=_EPILOG)
+        learning.add_argument(
+            "--dataset",
+            type=Path,
+            metavar="DIR",
+            help=f"labelled scenes made with `scenesense dataset generate DIR --count {count}` "
+            "(default: simulate as many)",
+        )
+        _add_common(learning)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -74,7 +78,11 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
-    conduct = {"grounding": _grounding, "axioms": _axioms}.get(arguments.experiment, _estimation)
+    conduct = {
+        "grounding": _grounding,
+        "axioms": _axioms,
+        "forgetting": _forgetting,
+    }.get(arguments.experiment, _estimation)
     outcome = conduct(arguments, lambda line: console.print(line, highlight=False))
     for note in outcome.result.notes:
         console.print(f"\n{note}", markup=False, highlight=False)
@@ -104,15 +112,24 @@ def _grounding(arguments: argparse.Namespace, say: Callable[[str], None]) -> Out
 def _axioms(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
     from ros_scenesense.experiments import axioms
 
-    return axioms.conduct(
-        axioms.Options(
-            command=_command(),
-            seed=int(_SEED.check(arguments.seed)),
-            quick=arguments.quick,
-            jobs=_jobs(arguments),
-            dataset=arguments.dataset,
-        ),
-        say,
+    return axioms.conduct(_learning_options(arguments), say)
+
+
+def _forgetting(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import forgetting
+
+    return forgetting.conduct(_learning_options(arguments), say)
+
+
+def _learning_options(arguments: argparse.Namespace) -> LearningOptions:
+    from ros_scenesense.experiments.axioms import Options
+
+    return Options(
+        command=_command(),
+        seed=int(_SEED.check(arguments.seed)),
+        quick=arguments.quick,
+        jobs=_jobs(arguments),
+        dataset=arguments.dataset,
     )
 
 

@@ -100,7 +100,7 @@ def conduct(options: Options, say: Callable[[str], None]) -> Outcome:
         folder = options.dataset
         if folder is None:
             folder = Path(scratch) / "dataset"
-            _simulate(folder, plan.needed, options, say)
+            simulate(folder, plan.needed, options, say)
         records = read_records(folder, plan.needed)
         description = domain()
         exact = ExactScenes(description)
@@ -202,7 +202,8 @@ def _examples(scenes: Scenes, numbers: Sequence[int]) -> dict[str, list[Example]
     }
 
 
-def _simulate(folder: Path, count: int, options: Options, say: Callable[[str], None]) -> None:
+def simulate(folder: Path, count: int, options: Options, say: Callable[[str], None]) -> None:
+    """Simulates the scenes of an experiment."""
     from ros_scenesense.simulation.dataset.generation import generate
     from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
     from ros_scenesense.simulation.engine import SimulationConfiguration

@@ -69,7 +69,8 @@ class ExactScenes:
 
         Args:
             records: Of the scenes.
-            by_rules: Take as labels what the whole knowledge concludes, not what physics says.
+            by_rules: Take as labels what the whole knowledge concludes, not what physics says; of
+                what it leaves undecided, that it is stable.
         """
         scenes: Scenes = {fluent: [] for fluent in FLUENTS}
         for record in records:
@@ -81,7 +82,7 @@ class ExactScenes:
                 )
             state = SceneState(tuple(each.name for each in facts.objects), atoms)
             reduced = self._decided(facts, self._withheld)
-            labels = self._decided(facts, frozenset()) if by_rules else _labels(record)
+            labels = self._ruled(facts) if by_rules else _labels(record)
             for fluent in FLUENTS:
                 scenes[fluent].append(
                     [
@@ -97,6 +98,12 @@ class ExactScenes:
                     ]
                 )
         return scenes
+
+    def _ruled(self, facts: SceneFacts) -> dict[str, list[bool | None]]:
+        concluded = self._decided(facts, frozenset())
+        # Otherwise nothing that stands on another object would ever be stable.
+        concluded["stable"] = [each is not False for each in concluded["stable"]]
+        return concluded
 
     def _decided(self, facts: SceneFacts, withheld: frozenset[str]) -> dict[str, list[bool | None]]:
         objects = self._session.classify(facts, withheld).objects
