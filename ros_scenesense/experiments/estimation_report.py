@@ -28,9 +28,9 @@ WORDS = {
     "alexnet_att": "reasoning, then AlexNet (reduced) on regions",
     "same_channels": "our network and inputs on whole images, no reasoning",
     "query": "reasoning, then our network on regions (the architecture)",
-    "query_overrule": "the same, where the network may overrule defaults",
-    "query_pixels": "the same without the geometric input",
-    "query_geometry": "the same without pixels",
+    "query_overrule": "as query, but the network may overrule defaults",
+    "query_pixels": "as query, without the geometric input",
+    "query_geometry": "as query, without pixels",
     "reasoning": "reasoning alone, undecided counts as wrong",
     "reasoning_majority": "reasoning, then the most frequent answer",
     "majority": "the most frequent answer",
@@ -82,7 +82,7 @@ def report_on(tried: Sequence[Tried], setting: Setting) -> Outcome:
     figures = _figures(scores, setting)
     claims = _claims(scores)
     tables = {
-        "Ways": Table(columns=["way", "is"], rows=[[way, words] for way, words in WORDS.items()]),
+        "Ways": Table(columns=["way", "is"], rows=_present(scores)),
         "Incomplete knowledge": _table(scores, "incomplete"),
         "Complete knowledge": _table(scores, "complete"),
         "Images for the accuracy of LeNet and AlexNet on whole images": _ratios(scores),
@@ -101,6 +101,12 @@ def report_on(tried: Sequence[Tried], setting: Setting) -> Outcome:
         tables={title: table for title, table in tables.items() if table.rows},
     )
     return Outcome(result, _panels(scores))
+
+
+def _present(scores: Iterable[Key]) -> list[list[str | int | float | None]]:
+    """The ways that were tried, in words."""
+    tried = {way for way, _, _ in scores}
+    return [[way, words] for way, words in WORDS.items() if way in tried]
 
 
 def _by_key(tried: Iterable[Tried]) -> dict[Key, dict[str, list[float]]]:
@@ -168,6 +174,8 @@ def images_needed(
     if not curve or not reached:
         return None
     many, goal = reached[-1]
+    if curve[0][0] >= many:
+        return None  # fewer were not tried
     if curve[0][1] >= goal:
         return float(curve[0][0]), many
     for (few, low), (more, high) in pairwise(curve):
@@ -293,7 +301,7 @@ def _panels(scores: Mapping[Key, Mapping[str, list[float]]]) -> list[Panel]:
             ],
             y_label="accuracy, %",
             x_label="training images",
-            lines=True,
+            lines=len(sizes) > 1,
         )
         for title, name in (
             ("occlusion and stability", "accuracy"),
