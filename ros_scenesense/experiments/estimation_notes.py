@@ -147,8 +147,8 @@ def _network(figures: Mapping[str, float]) -> str:
     if "reasoning_majority" in figures and "stability_stacks_100" in figures:
         text += (
             " With the most frequent answer in place of the network it would be "
-            f"{_share(figures, 'reasoning_majority')}. Of stacks alone, which fall about as often as they stand, "
-            f"{_share(figures, 'stability_stacks_100')} are right instead of "
+            f"{_share(figures, 'reasoning_majority')}. Of stacks alone, which fall about as "
+            f"often as they stand, {_share(figures, 'stability_stacks_100')} are right instead of "
             f"{_share(figures, 'reasoning_majority_stack')}."
         )
     if {"query_pixels_100", "query_geometry_100"} <= figures.keys():
