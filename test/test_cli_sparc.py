@@ -123,7 +123,20 @@ def test_a_translation_is_complete(program: str, capsys: pytest.CaptureFixture[s
         (b"predicates\np().\nrules\np(\n", [], 2, "is not ended by a full stop"),
         (b'predicates\np().\nrules\np :- "x.\n', [], 2, "SPARC has no strings"),
         (b"predicates\np().\nrules\np." + b"(" * 5000 + b".", [], 2, "nested more than"),
-        (b"predicates\np().\nrules\n:- p, 1" + b"+1" * 5000 + b" < 2.", [], 2, "operators here"),
+        (b"predicates\np().\nrules\n:- p, 1" + b"+1" * 5000 + b" < 2.", [], 2, "operators on end"),
+        (
+            b"sorts\n#a = {x}" + b" - {y}" * 5000 + b".\npredicates\np(#a).\nrules\n",
+            [],
+            2,
+            "operators on end",
+        ),
+        (
+            b"sorts\n#s0 = {x}.\n"
+            + b"".join(b"#s%d = #s%d.\n" % (n, n - 1) for n in range(1, 2000)),
+            [],
+            2,
+            "builds on 100 others",
+        ),
         (b"predicates\np().\nrules\np. :- p.", [], 1, ""),
         (b"predicates\np().\nrules\np.", ["-c", "n=1"], 2, "there is no constant 'n' to set"),
         (b"predicates\np().\nrules\np.", ["-c", "n=a"], 2, "expected NAME=NUMBER"),

@@ -160,6 +160,14 @@ def test_experiment_from_the_shell_and_again_from_what_was_kept(tmp_path, capsys
     assert "keeps other scenes" in capsys.readouterr().err
 
 
+def test_backgrounds_from_the_shell(tmp_path):
+    arguments = ["experiment", "backgrounds", "--quick", "--jobs", "1", "--ways", "query"]
+    assert cli.main([*arguments, "--out", str(tmp_path / "b.json")]) == 0
+    figures = read_result(tmp_path / "b.json").figures
+    two = [figures[f"query_16_backgrounds_{count}"] for count in (2, 10)]
+    assert figures["background_spread"] == pytest.approx(100 * abs(two[0] - two[1]), abs=0.02)
+
+
 def test_unknown_ways_and_sizes_are_refused(capsys):
     assert cli.main(["experiment", "samples", "--ways", "resnet"]) != 0
     assert "resnet" in capsys.readouterr().err

@@ -49,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, words in (
         ("estimation", "hypothesis H2: reasoning and attention make networks more accurate"),
         ("samples", "hypothesis H3: reasoning and attention save training images"),
+        ("backgrounds", "whether the number of backgrounds matters, with and without attention"),
     ):
         _add_estimation(experiments.add_parser(name, help=words, epilog=_EPILOG))
     for name, words, count in (
@@ -134,9 +135,11 @@ def _learning_options(arguments: argparse.Namespace) -> LearningOptions:
 
 
 def _estimation(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
-    from ros_scenesense.experiments import estimation
+    from ros_scenesense.experiments import estimation, estimation_backgrounds
 
-    return estimation.conduct(
+    backgrounds = arguments.experiment == "backgrounds"
+    conduct = estimation_backgrounds.conduct if backgrounds else estimation.conduct
+    return conduct(
         estimation.Options(
             command=_command(),
             experiment=arguments.experiment,

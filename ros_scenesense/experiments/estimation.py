@@ -9,7 +9,7 @@ decides, the majority class, our network's inputs without reasoning, and without
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +27,8 @@ from ros_scenesense.experiments.estimation_scenes import chunks, look_at
 from ros_scenesense.experiments.estimation_trials import Tried, kept_trial
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.results import write_atomically
+from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
+from ros_scenesense.simulation.engine import SimulationConfiguration
 
 _PLANS = {"estimation": ESTIMATION, "samples": SAMPLES}
 _SCENES_PER_FILE = 100
@@ -38,7 +40,7 @@ class Options:
 
     Attributes:
         command: The command line, for the result.
-        experiment: `estimation` or `samples`.
+        experiment: `estimation`, `samples` or `backgrounds`.
         seed: Of everything that is drawn.
         quick: Few scenes and trials, to see that it runs.
         jobs: Worker processes.
@@ -83,13 +85,9 @@ def conduct(options: Options, say: Say) -> Outcome:
         ParameterError: If a way is none of those.
         NetworkError: If the scenes cannot teach anything.
     """
-    unknown = set(options.ways) - WAYS.keys()
-    if unknown:
-        raise ParameterError(
-            f"--ways names {', '.join(sorted(unknown))}, must be of {', '.join(WAYS)}"
-        )
+    check_ways(options.ways)
     plan = QUICK if options.quick else _PLANS[options.experiment]
-    with tempfile.TemporaryDirectory() as folder, _dataset(options, plan, say) as dataset:
+    with tempfile.TemporaryDirectory() as folder, dataset_of(options, plan, say) as dataset:
         views = options.work or Path(folder)
         scenes = look(dataset, views, plan, options, say)
         tried = try_all(views, scenes, plan, options, say)
@@ -103,6 +101,19 @@ def conduct(options: Options, say: Say) -> Outcome:
         schedule=options.schedule,
     )
     return report_on(tried, setting)
+
+
+def check_ways(ways: Iterable[str]) -> None:
+    """Says which ways there are.
+
+    Raises:
+        ParameterError: If one is none of them.
+    """
+    unknown = set(ways) - WAYS.keys()
+    if unknown:
+        raise ParameterError(
+            f"--ways names {', '.join(sorted(unknown))}, must be of {', '.join(WAYS)}"
+        )
 
 
 def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) -> int:
@@ -174,6 +185,25 @@ def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -
     return sorted(tried, key=lambda one: place[one.trial])
 
 
+@contextmanager
+def dataset_of(
+    options: Options, plan: Plan, say: Say, configuration: SimulationConfiguration | None = None
+) -> Iterator[Path]:
+    """The dataset that was given, or a new one that is removed afterwards."""
+    from ros_scenesense.simulation.dataset.generation import generate
+
+    if options.dataset is not None:
+        yield options.dataset
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        count = options.scenes or plan.scenes
+        say(f"simulating {count} scenes")
+        drawn = configuration or SimulationConfiguration()
+        metadata = describe(drawn, DatasetOptions(count=count, seed=options.seed))
+        generate(Path(folder) / "dataset", metadata, options.jobs)
+        yield Path(folder) / "dataset"
+
+
 def _claim(folder: Path, whose: str) -> None:
     """Takes a folder for some scenes, or finds it taken for them."""
     mark = folder / "scenes.txt"
@@ -186,23 +216,3 @@ def _claim(folder: Path, whose: str) -> None:
         raise DatasetError(
             f"'{folder}' keeps other scenes, {mark.read_text().strip()}: choose a new folder"
         )
-
-
-@contextmanager
-def _dataset(options: Options, plan: Plan, say: Say) -> Iterator[Path]:
-    """The dataset that was given, or a new one that is removed afterwards."""
-    from ros_scenesense.simulation.dataset.generation import generate
-    from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
-    from ros_scenesense.simulation.engine import SimulationConfiguration
-
-    if options.dataset is not None:
-        yield options.dataset
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        count = options.scenes or plan.scenes
-        say(f"simulating {count} scenes")
-        metadata = describe(
-            SimulationConfiguration(), DatasetOptions(count=count, seed=options.seed)
-        )
-        generate(Path(folder) / "dataset", metadata, options.jobs)
-        yield Path(folder) / "dataset"

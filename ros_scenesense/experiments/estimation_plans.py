@@ -84,7 +84,7 @@ ESTIMATION = Plan(
         "query_pixels": (100, 1000),
         "query_geometry": (100,),
     },
-    complete={"lenet_att": (100, 1000), "query": (100, 1000)},
+    complete={"query": (100, 1000)},
 )
 _STEPS = (25, 50, *range(100, 1001, 100))
 SAMPLES = Plan(
@@ -96,6 +96,16 @@ SAMPLES = Plan(
         "query": _STEPS,
     },
     scenes=1500,
+)
+BACKGROUNDS = Plan(
+    sizes={"query": (100, 5000), "lenet": (100, 5000), "lenet_att": (100, 5000)},
+)
+QUICK_BACKGROUNDS = Plan(
+    sizes={"query": (16,), "lenet": (16,)},
+    scenes=24,
+    most_scenes=24,
+    repeats=2,
+    shortened=True,
 )
 QUICK = Plan(
     sizes={

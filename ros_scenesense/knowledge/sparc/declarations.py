@@ -20,6 +20,7 @@ from ros_scenesense.knowledge.sparc.sorts import (
     Sort,
     Union,
     Value,
+    identifiers,
     value_of,
 )
 from ros_scenesense.knowledge.sparc.statements import (
@@ -40,7 +41,6 @@ from ros_scenesense.knowledge.terms import Place, Variable, variables
 NAT = "nat"
 """The built-in sort: numbers from 0 to `#maxint`."""
 
-_LETTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz"  # in their order
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
     "!=": operator.ne,
@@ -49,6 +49,7 @@ _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
+_DEEPEST = 100
 _IDENTIFIER = re.compile(r"[a-z][A-Za-z0-9_]*")
 _NUMBER = re.compile(r"0|[1-9][0-9]*")
 
@@ -134,14 +135,21 @@ class _Sorts:
                 self._definitions[each.name] = each
                 self.sorts[each.name] = Sort(each.name)
         self._check_recursion()
-        self._basic: dict[str, bool] = {NAT: True}
+        self._depths = {NAT: 0}
         for name, definition in self._ordered():
             self._define(name, definition)
 
     def _define(self, name: str, definition: SortDefinition) -> None:
         extent = self._extent(definition.expression)
         self.sorts[name].extent = extent
-        self._basic[name] = not extent.forms
+        used = [self._depths.get(each.name, 0) for each in _used(definition.expression)]
+        self._depths[name] = 1 + max(used, default=0)
+        if self._depths[name] == _DEEPEST:
+            self._problems.add(
+                definition.place, f"sort '#{name}' builds on {_DEEPEST} others, one upon another"
+            )
+        if self._depths[name] >= _DEEPEST:
+            self.sorts[name].extent = extent = _Anything()
         if isinstance(extent, _Anything):
             return
         if extent.size > MOST_MEMBERS:
@@ -232,7 +240,7 @@ class _Sorts:
         elif low > high:
             words = f"range {low}..{high} is upside down: '{high}' comes before '{low}'"
         else:
-            values = dict.fromkeys(itertools.islice(_between(low, high), MOST_MEMBERS + 1))
+            values = dict.fromkeys(itertools.islice(identifiers(low, high), MOST_MEMBERS + 1))
             if len(values) <= MOST_MEMBERS:
                 return Listed(values)  # type: ignore[arg-type]
             words = f"range {low}..{high} has more than {MOST_MEMBERS} members, expected less"
@@ -345,22 +353,6 @@ def _used(expression: Expression) -> list[Named]:
         case Combined():
             return [each for part in expression.parts for each in _used(part)]
     return []
-
-
-def _between(low: str, high: str) -> Iterator[str]:
-    """The identifiers from one to another, in lexicographic order, no shorter and no longer."""
-
-    def grow(prefix: str) -> Iterator[str]:
-        if prefix and low <= prefix <= high and len(low) <= len(prefix):
-            yield prefix
-        if len(prefix) < len(high):
-            for letter in _LETTERS if prefix else _LETTERS[-26:]:
-                longer = prefix + letter
-                # What begins like this comes between `longer` and its last continuation.
-                if longer <= high and longer + "z" * (len(high) - len(longer)) >= low:
-                    yield from grow(longer)
-
-    return grow("")
 
 
 def _compared(condition: Related) -> Iterator[tuple[str, Variable]]:

@@ -22,6 +22,7 @@ MOST_MEMBERS = 1_000_000
 """A sort that has to be written out may have so many members."""
 
 _MOST_COMPARED = 20_000
+_LETTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz"  # in their order
 
 
 class Extent(ABC):
@@ -317,6 +318,22 @@ class Covering:
         if isinstance(narrow, Numbers) and isinstance(wide, Numbers):
             return wide.low <= narrow.low and narrow.high <= wide.high
         return narrow.size <= _MOST_COMPARED and all(each in wide for each in narrow)
+
+
+def identifiers(low: str, high: str) -> Iterator[str]:
+    """The identifiers from one to another, in lexicographic order, no shorter and no longer."""
+
+    def grow(prefix: str) -> Iterator[str]:
+        if prefix and low <= prefix <= high and len(low) <= len(prefix):
+            yield prefix
+        if len(prefix) < len(high):
+            for letter in _LETTERS if prefix else _LETTERS[-26:]:
+                longer = prefix + letter
+                # What begins like this comes between `longer` and its last continuation.
+                if longer <= high and longer + "z" * (len(high) - len(longer)) >= low:
+                    yield from grow(longer)
+
+    return grow("")
 
 
 def value_of(term: Term) -> Value:

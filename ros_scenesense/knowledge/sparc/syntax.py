@@ -223,13 +223,13 @@ def _prepared(words: list[Word], section: str, found: _Found, problems: Problems
                     + _mend(word.text, largest),
                 )
                 word.text = str(largest)
-        elif kind in _ARITHMETIC:
+        elif kind in _ARITHMETIC and (kind != "PLUS" or section != "sorts"):
             run += 1
-            if run == _LONGEST_ARITHMETIC and section == "rules":
+            if run == _LONGEST_ARITHMETIC:
                 readable = False
                 problems.add(
                     word.place,
-                    f"arithmetic has more than {_LONGEST_ARITHMETIC} operators here; expected less",
+                    f"found more than {_LONGEST_ARITHMETIC} operators on end, expected less",
                 )
         elif kind in ("_LPAR", "_LBRACE"):
             depth += 1
