@@ -1,5 +1,8 @@
 """The experiment on forgetting: its counts, and the whole of it on few scenes."""
 
+import re
+from pathlib import Path
+
 from ros_scenesense.cli import main as cli
 from ros_scenesense.experiments import forgetting
 from ros_scenesense.experiments.forgetting import Plan, Way
@@ -55,3 +58,15 @@ def test_the_whole_experiment(tmp_path, monkeypatch):
 
 def test_a_plan_needs_scenes_for_every_run():
     assert Plan().needed == 3 * 10 * 60 + 600
+
+
+def test_the_page_on_learning_quotes_what_was_measured():
+    root = Path(__file__).resolve().parent.parent / "docs"
+    figures = {
+        **read_result(root / "results/axioms.json").figures,
+        **read_result(root / "results/forgetting.json").figures,
+    }
+    quoted = re.findall(r"\| `(\w+)`: [^|]*\| ([\d.]+) \|", (root / "learning.md").read_text())
+    assert len(quoted) > 10
+    for name, value in quoted:
+        assert f"{figures[name]:.2f}" == value, name
