@@ -296,3 +296,20 @@ def test_use_strengthens_only_what_is_right_often_enough(wrong, strength):
     (axiom,) = store.axioms("active")
     assert axiom.strength.value == pytest.approx(strength, abs=0.01)
     store.close()
+
+
+def test_old_scenes_are_forgotten_but_recognised_also_when_fewer_are_to_be_kept(tmp_path):
+    found = examples("occluded", 6)
+    states = {each.scene_id: each.state for each in found}
+    literals = [("occluded", 0, False, "undecided")]
+    store = LearnerStore(tmp_path / "learner.db", Health(), 5)
+    for name in list(states)[:5]:
+        assert store.add_scene(name, states[name], literals, ())
+    store.close()
+    store = LearnerStore(tmp_path / "learner.db", Health(), 2)
+    (*_, newest) = states
+    assert store.add_scene(newest, states[newest], literals, ())
+    assert store.scenes() == [5, 6]
+    assert len(store.examples("occluded", store.scenes())) == 2
+    assert not store.add_scene("scene-0", states["scene-0"], literals, ())
+    store.close()

@@ -191,7 +191,9 @@ class LearnerStore:
             )
             oldest = number - self._kept_scenes
             self._connection.execute("DELETE FROM literal WHERE scene <= ?", (oldest,))
-            self._connection.execute("UPDATE scene SET state = NULL WHERE number = ?", (oldest,))
+            self._connection.execute(
+                "UPDATE scene SET state = NULL WHERE number <= ? AND state IS NOT NULL", (oldest,)
+            )
             self._connection.execute("DELETE FROM scene WHERE number <= ?", (number - _SCENE_IDS,))
         return True
 
