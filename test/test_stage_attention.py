@@ -40,7 +40,7 @@ def stage_with(**values) -> AttentionStage:
     return AttentionStage(build(AttentionConfiguration, ATTENTION | values))
 
 
-def run(scenes=4, mode="training", **attention) -> tuple[list, AttentionStage]:
+def run(scenes=4, mode="training", withheld=WITHHELD, **attention) -> tuple[list, AttentionStage]:
     """Everything that the stages publish of simulated scenes, and the attention stage."""
     stage = stage_with(**attention)
     camera = {
@@ -56,7 +56,7 @@ def run(scenes=4, mode="training", **attention) -> tuple[list, AttentionStage]:
             SimulatedCameraStage(build(SimulatedCameraConfiguration, camera)),
             GroundingStage(GroundingConfiguration()),
             GroundingControlStage(GroundingControlConfiguration()),
-            ReasonerStage(ReasonerConfiguration(withheld=WITHHELD)),
+            ReasonerStage(ReasonerConfiguration(withheld=withheld)),
             stage,
         ],
         itertools.count(1).__next__,
@@ -196,6 +196,26 @@ def test_a_network_is_trained_piece_by_piece_adopted_and_found_again(tmp_path):
                 assert (said.source == "network") == ((item.scene_id, each.name, task) in asked)
                 assert said.value is not None
     assert again.health.counters["literals_asked"] == len(asked)
+
+
+def test_where_defaults_may_be_overruled_the_network_is_asked_about_them_too():
+    published, stage = run(scenes=3, withheld="s1,o1", network="shipped", defaults="overrule")
+    by_default = {
+        (item.scene_id, each.name)
+        for item in of(Beliefs, published)
+        for each in item.objects
+        if each.occluded.status == "by_default"
+    }
+    looked = {
+        (item.scene_id, target)
+        for item in of(Rois, published)
+        for roi in item.rois
+        if roi.task is Task.OCCLUSION
+        for target in roi.targets
+    }
+    assert by_default
+    assert by_default <= looked
+    assert stage.health.counters["literals_asked"] > len(undecided(published))
 
 
 def test_a_network_that_is_no_better_is_not_used(tmp_path):

@@ -15,7 +15,7 @@ from ros_scenesense.attention.relevance import Relevance
 from ros_scenesense.messages.attention import Roi
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.reasoning import Beliefs
-from ros_scenesense.scene import Frame, Surface, Task
+from ros_scenesense.scene import DecisionStatus, Frame, Surface, Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +55,20 @@ class SeenScene:
     relations: Relations
     beliefs: Beliefs
 
-    def undecided(self, task: Task) -> set[str]:
-        """The objects of which reasoning does not decide the task's literal."""
-        return {
-            each.name
-            for each in self.beliefs.objects
-            if (each.stable if task is Task.STABILITY else each.occluded).value is None
-        }
+    def undecided(self, task: Task, doubt_defaults: bool = False) -> set[str]:
+        """The objects of which reasoning does not decide the task's literal.
+
+        Args:
+            task: The task.
+            doubt_defaults: Whether what only a default concludes counts as not decided.
+        """
+        found = set()
+        for each in self.beliefs.objects:
+            belief = each.stable if task is Task.STABILITY else each.occluded
+            doubtful = doubt_defaults and belief.status is DecisionStatus.BY_DEFAULT
+            if belief.value is None or doubtful:
+                found.add(each.name)
+        return found
 
 
 def regions_of(scene: SeenScene, relevance: Relevance, targets: Collection[str]) -> list[Roi]:

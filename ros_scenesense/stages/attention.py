@@ -219,7 +219,8 @@ class AttentionStage:
         instances = parts.pop("segmentation").instances
         scene = SeenScene(instances=instances, **parts)
         scene_id = scene.beliefs.scene_id
-        rois = self._regions(scene, {task: scene.undecided(task) for task in Task})
+        doubt = self.configuration.defaults == "overrule"
+        rois = self._regions(scene, {task: scene.undecided(task, doubt) for task in Task})
         published: list[Outgoing] = [
             Rois(
                 stamp=scene.beliefs.stamp,
