@@ -8,7 +8,14 @@ from setuptools import find_packages, setup
 from setuptools.command.build_py import build_py
 
 NAME = "ros_scenesense"
-NODES = ("simulated_camera", "grounding", "grounding_control", "reasoner", "attention")
+NODES = (
+    "simulated_camera",
+    "grounding",
+    "grounding_control",
+    "reasoner",
+    "attention",
+    "axiom_learner",
+)
 # Top-level folders that are needed at run time; ros_scenesense/resources.py finds them.
 DATA = ("asp", "config", "msg_defs")
 VERSION = re.search(r'__version__ = "(.+)"', Path(NAME, "__init__.py").read_text())[1]

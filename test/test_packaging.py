@@ -12,6 +12,7 @@ import pytest
 import ros_scenesense
 from ros_scenesense import resources
 from ros_scenesense.cli import examination
+from ros_scenesense.nodes.registry import NODES
 
 SOURCE = Path(__file__).resolve().parents[1]
 PACKAGE = SOURCE / "ros_scenesense"
@@ -124,7 +125,8 @@ def test_lock_is_exact_and_fits_every_machine(locked):
 
 def test_console_scripts_have_their_modules():
     text = (SOURCE / "setup.py").read_text()
-    nodes = ast.literal_eval(re.search(r"^NODES = (.*)$", text, re.MULTILINE)[1])
+    nodes = ast.literal_eval(re.search(r"^NODES = (\(.*?\))$", text, re.MULTILINE | re.DOTALL)[1])
+    assert nodes == tuple(NODES)
     modules = re.findall(r"= ([\w.]+):main", text) + [
         f"ros_scenesense.nodes.{node}" for node in nodes
     ]

@@ -7,6 +7,7 @@ scenes get no better and keeps the best weights.
 
 from __future__ import annotations
 
+import ast
 import copy
 import math
 from collections.abc import Callable
@@ -215,8 +216,6 @@ class Training:
         Raises:
             NetworkError: If the file is damaged or of another training.
         """
-        import ast
-
         network, content = checkpoints.load(path)
         if content.get("identity") != self._identity:
             raise NetworkError(
