@@ -70,6 +70,7 @@ setup(
         "pybullet",
         "PyYAML",
         "rich",
+        "rosbags",
         "scipy",
         "torch==2.13.0",
     ],
@@ -78,7 +79,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]==7.1.6", "ros-jazzy-common-interfaces==5.3.6"],
         # `scenesense dataset generate --cluster`
         "cluster": ["distributed"],
-        "test": ["hypothesis", "mypy", "pytest", "ruff"],
+        "test": ["hypothesis", "mcap", "mypy", "pytest", "ruff"],
     },
     entry_points={
         "console_scripts": [
