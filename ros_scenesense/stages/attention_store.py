@@ -69,13 +69,17 @@ class AttentionStore:
         path: SQLite file, or `state_file.IN_MEMORY`.
         health: Takes the report of a damaged file.
         side: Pixels of the images that are kept.
+        kept_examples: So many are kept, the newest ones; None = all.
 
     Raises:
         StateError: If the file cannot be used.
     """
 
-    def __init__(self, path: Path, health: Health, side: int) -> None:
+    def __init__(
+        self, path: Path, health: Health, side: int, kept_examples: int | None = None
+    ) -> None:
         self._side = side
+        self._kept = kept_examples
         self._health = health
         self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
 
@@ -122,6 +126,10 @@ class AttentionStore:
                         for query, label in examples
                     ),
                 )
+                if self._kept is not None:
+                    self._connection.execute(
+                        "DELETE FROM example WHERE number <= ?", (self.examples_ever - self._kept,)
+                    )
         except sqlite3.Error as error:
             words = f"scene {scene_id} could not be written to attention.db: {error}"
             self._health.problem("not_remembered", words)
@@ -132,6 +140,14 @@ class AttentionStore:
     def example_count(self) -> int:
         """How many examples there are."""
         return int(self._connection.execute("SELECT count(*) FROM example").fetchone()[0])
+
+    @property
+    def examples_ever(self) -> int:
+        """How many examples there were, with those that are forgotten."""
+        row = self._connection.execute(
+            "SELECT seq FROM sqlite_sequence WHERE name = 'example'"
+        ).fetchone()
+        return 0 if row is None else int(row[0])
 
     def conclusions(self) -> dict[str, tuple[int, int]]:
         """How often each default was right and wrong, by axiom."""
