@@ -145,7 +145,9 @@ def test_of_many_examples_the_newest_are_kept_and_the_next_training_still_comes(
     teach(tmp_path, scenes=20)
     stage = stage_with(state_dir=str(tmp_path), pool_examples=10, train_every=5)
     store = AttentionStore(tmp_path / "attention.db", Health(), SIDE, kept_examples=10)
-    query = Query(Task.STABILITY, "o", np.zeros((6, SIDE, SIDE), np.float32), np.zeros(4, np.float32), ())
+    query = Query(
+        Task.STABILITY, "o", np.zeros((6, SIDE, SIDE), np.float32), np.zeros(4, np.float32), ()
+    )
     for number in range(5):
         assert store.add(f"new-{number}", [], [(query, True)])
     assert (store.example_count, store.examples_ever) == (10, 45)

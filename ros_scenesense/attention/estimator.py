@@ -21,7 +21,7 @@ from ros_scenesense.messages.reasoning import Belief, Beliefs
 from ros_scenesense.scene import DecisionStatus, Task, structure_truth
 
 Answers = Mapping[tuple[str, Task], float | None]
-"""The network's probability that a literal is true, by object and task; None if it took too long."""
+"""The network's probability that a literal is true; None where it took too long to say."""
 
 _STRENGTH: dict[EstimateSource, int] = {
     "reasoning": 3,

@@ -31,6 +31,7 @@ COMMANDS = {
     "train": "train the network that answers where reasoning is undecided",
     "axioms": "list learned axioms and their history; pin, veto or accept one",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
+    "soak": "try the running graph: long work, nodes killed, nonsense on every topic",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
         bar = bars.add_task("scenes", total=scenes)
         judged = collect_examples(camera, reasoner, state, lambda n: bars.update(bar, completed=n))
         store = AttentionStore(Path(state) / "attention.db", Health(), SIDE)
-        examples = store.training_set()
+        examples = store.training_set().unpacked()
         store.close()
         training, held_out = examples.parts()
         bar = bars.add_task("iterations at most", total=iterations)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -47,6 +47,7 @@ class Account:
         lost: Those that the camera reported as lost, with the reason.
         told: What was said, by id.
         answered: The answers to that.
+        beats: Heartbeats by node.
         counters: Newest counters of each process, by node and process id.
         kept: All messages of the types that were asked for, in order, the first of an id alone.
     """
@@ -56,6 +57,7 @@ class Account:
     lost: dict[str, str] = field(default_factory=dict)
     told: dict[str, Feedback] = field(default_factory=dict)
     answered: dict[str, FeedbackResult] = field(default_factory=dict)
+    beats: Counter[str] = field(default_factory=Counter)
     counters: dict[tuple[str, int], Mapping[str, int]] = field(default_factory=dict)
     kept: dict[type[AnyMessage], dict[Any, AnyMessage]] = field(default_factory=dict)
 
@@ -111,9 +113,7 @@ class Companion:
             take = partial(self._take, kind)
             self.node.create_subscription(String, topic.name, take, profile_of(topic.qos))
         feedback = TOPICS[Feedback]
-        self._feedback = self.node.create_publisher(
-            String, feedback.name, profile_of(feedback.qos)
-        )
+        self._feedback = self.node.create_publisher(String, feedback.name, profile_of(feedback.qos))
         self._next_scene = self.node.create_client(Trigger, "next_scene")
 
     def ask_for_scene(self) -> bool:
@@ -153,6 +153,7 @@ class Companion:
             case FeedbackResult():
                 account.answered.setdefault(message.id, message)
             case Heartbeat():
+                account.beats[message.node] += 1
                 account.counters[message.node, message.process_id] = message.counters
             case Relations():
                 self._comment(message)

@@ -63,9 +63,7 @@ def growth(samples: Sequence[Sample]) -> dict[str, Growth]:
     first = round(WARM_UP * len(samples))
     window = max(1, round(_WINDOW * len(samples)))
     early, late = samples[first : first + window], samples[-window:]
-    return {
-        name: Growth(_median(early, name), _median(late, name)) for name in samples[-1].mib
-    }
+    return {name: Growth(_median(early, name), _median(late, name)) for name in samples[-1].mib}
 
 
 def _median(samples: Sequence[Sample], name: str) -> float:

@@ -100,8 +100,8 @@ def outcome_of(found: Soak) -> Outcome:
         ["scenes shown", found.scenes],
         ["scenes decided", found.decided],
         ["restarts of nodes", found.restarts],
-        *([what, count] for what, count in found.learned.items()),
     ]
+    said += [[what, count] for what, count in found.learned.items()]
     return Outcome(
         figures={
             "soak_minutes": round(found.minutes, 2),
@@ -143,9 +143,7 @@ def read_samples(file: Path) -> list[Sample]:
     """The samples that a soak has written."""
     with file.open() as opened:
         return [
-            Sample(
-                float(row.pop("elapsed_s")), {name: float(value) for name, value in row.items()}
-            )
+            Sample(float(row.pop("elapsed_s")), {name: float(value) for name, value in row.items()})
             for row in csv.DictReader(opened)
         ]
 

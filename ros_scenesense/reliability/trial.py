@@ -20,7 +20,7 @@ _POLL_S = 0.05
 _LEARNING: dict[str, dict[str, object]] = {
     "simulated_camera": {"mode": "training", "autostart": False, "session": SESSION},
     "reasoner": {"withheld": "s3, o3"},
-    "attention": {"train_every": 60, "iterations": 60},
+    "attention": {"train_every": 60, "iterations": 60, "pool_examples": 300},
     "axiom_learner": {"cycle_scenes": 30, "merge_scenes": 5, "trees": 20},
 }
 

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.attention.inputs import pack, unpack
+from ros_scenesense.attention.inputs import pack
 from ros_scenesense.attention.queries import Query
-from ros_scenesense.attention.training_set import TrainingSet
 from ros_scenesense.errors import NetworkError
 from ros_scenesense.scene import Task
 from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
 _VERSION = 1
@@ -154,11 +154,11 @@ class AttentionStore:
         rows = self._connection.execute("SELECT axiom, right, wrong FROM conclusion")
         return {axiom: (right, wrong) for axiom, right, wrong in rows}
 
-    def training_set(self) -> TrainingSet:
+    def training_set(self) -> PackedExamples:
         """All examples. About one scene of five is held out, always the same ones.
 
         Raises:
-            NetworkError: If there are none, or one is damaged.
+            NetworkError: If there are none.
         """
         rows = self._connection.execute(
             "SELECT scene_id, task, label, image, numbers FROM example ORDER BY number"
@@ -169,9 +169,10 @@ class AttentionStore:
         for row, (_, task, label, _, _) in zip(answers, rows, strict=True):
             row[_OUTPUT[Task(task)]] = label
         scenes = np.array([zlib.crc32(row[0].encode()) for row in rows], np.int64)
-        return TrainingSet(
-            images=np.stack([unpack(row[3], self._side) for row in rows]),
-            numbers=np.stack([np.frombuffer(row[4], np.float32) for row in rows]),
+        return PackedExamples(
+            side=self._side,
+            images=tuple(row[3] for row in rows),
+            numbers=tuple(row[4] for row in rows),
             answers=answers,
             groups=scenes,
             held_out=_held_out(scenes),

@@ -88,10 +88,10 @@ class NetworkTraining:
             return None, f"{self._revision} is under way"
         try:
             examples = self._store.training_set()
-            examples.parts()
+            examples.check()
         except NetworkError as error:
             return None, str(error)
-        self._examples = len(examples.images)
+        self._examples = len(examples)
         self._examples_before = self._store.examples_ever
         self._revision = f"network-{now_ns}"
         self._order = TrainingOrder(

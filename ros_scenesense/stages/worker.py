@@ -64,8 +64,9 @@ class WorkerProcess:
     """Runs jobs in a process of their own, one after the other.
 
     The process is started before the first job comes, so that it finds a warm engine, and again
-    whenever a job brought it down. Of the jobs that may be dropped at most `CAPACITY` wait: for a
-    newer one the oldest is given up, with a `JobFailure` from the thread that submits. If the engine cannot be built, each job makes one new attempt.
+    whenever a job brought it down. If the engine cannot be built, each job makes one new attempt.
+    Of the jobs that may be dropped at most `CAPACITY` wait: for a newer one the oldest is given up,
+    with a `JobFailure`.
     The process dies with this one, at once and without a call of the engine's `close`.
 
     Args:

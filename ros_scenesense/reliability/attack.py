@@ -1,0 +1,178 @@
+"""Sends nonsense on every topic of a running graph, and knows which node should have counted it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+
+import numpy as np
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+
+from ros_scenesense.messages.base import AnyMessage
+from ros_scenesense.messages.codec import encode
+from ros_scenesense.messages.topics import TOPICS, QosClass
+from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.reliability.hostile_images import TOPICS_OF_IMAGES, bad_image, false_frames
+from ros_scenesense.reliability.hostile_texts import false_texts, invalid_texts
+from ros_scenesense.reliability.invented import invented
+from ros_scenesense.reliability.trial import Trial
+
+_IMAGE_SHARE = 0.1
+_BATCH = 60
+_IMAGE_BATCH = 3
+_INVENTED = 5
+_COUNTING_S = 60.0
+
+
+@dataclass
+class Sent:
+    """What was sent and what came of it.
+
+    Attributes:
+        invalid: Invalid messages by topic.
+        expected: How often each node should have counted them, by `node counter`.
+        counted: How often it did, at most as often as expected.
+        false: Messages that are well formed and false.
+        false_counts: By how much all counters of all nodes grew after those.
+    """
+
+    invalid: Counter[str] = field(default_factory=Counter)
+    expected: Counter[str] = field(default_factory=Counter)
+    counted: Counter[str] = field(default_factory=Counter)
+    false: int = 0
+    false_counts: int = 0
+
+
+class Attack:
+    """An attack on the graph of a trial.
+
+    Args:
+        trial: The graph; its companion's node publishes.
+        messages: How many invalid messages; a tenth of them are images.
+        real: Texts of messages that the graph has published, by type.
+        seed: Of everything random.
+
+    Attributes:
+        sent: What was sent so far.
+    """
+
+    def __init__(
+        self,
+        trial: Trial,
+        messages: int,
+        real: Mapping[type[AnyMessage], Sequence[str]],
+        seed: int,
+    ) -> None:
+        self.sent = Sent()
+        self._trial = trial
+        self._messages = messages
+        self._seed = seed
+        self._rng = np.random.default_rng([seed, *b"attack"])
+        # Of some types nobody publishes anything in a session: their messages are invented.
+        self._models = {
+            kind: [*real.get(kind, ()), *(invented(kind, self._rng) for _ in range(_INVENTED))]
+            for kind in TOPICS
+        }
+        node = trial.companion.node
+        self._publishers: dict[type[AnyMessage], Publisher] = {
+            kind: node.create_publisher(String, topic.name, profile_of(topic.qos))
+            for kind, topic in TOPICS.items()
+        }
+        self._images: dict[str, Publisher] = {
+            part: node.create_publisher(
+                CameraInfo if part == "camera_info" else Image, topic, profile_of(QosClass.FRAME)
+            )
+            for part, topic in TOPICS_OF_IMAGES.items()
+        }
+        self._wait_for_listeners()
+        self._images_left = round(_IMAGE_SHARE * messages)
+        self._texts_left = messages - self._images_left
+        share = -(-self._texts_left // len(TOPICS))
+        self._texts = {
+            kind: invalid_texts(kind, models, share, seed) for kind, models in self._models.items()
+        }
+
+    @property
+    def share_done(self) -> float:
+        """Share of the invalid messages that were sent."""
+        return 1.0 - (self._texts_left + self._images_left) / self._messages
+
+    def send_invalid(self) -> None:
+        """Sends some invalid messages on every topic."""
+        for kind, texts in self._texts.items():
+            for text in islice(texts, min(_BATCH, self._texts_left)):
+                self._publishers[kind].publish(String(data=text))
+                self._texts_left -= 1
+                self._note(TOPICS[kind].name, self._publishers[kind])
+        for part, publisher in self._images.items():
+            for _ in range(min(_IMAGE_BATCH, self._images_left)):
+                publisher.publish(bad_image(part, self._rng))
+                self._images_left -= 1
+                self._note(part, publisher)
+
+    def wait_until_counted(self) -> bool:
+        """Waits until every node that listens has counted what came; returns whether it did."""
+        done = self._trial.graph.spin_until(
+            lambda: self._counted() >= self.sent.expected, _COUNTING_S
+        )
+        self.sent.counted = self._counted() & self.sent.expected
+        return done
+
+    def send_false(self, messages: int, frames: int) -> None:
+        """Sends messages that are well formed and false, and frames that show nonsense."""
+        before = self._all_counts()
+        share = -(-messages // len(TOPICS))
+        for kind, models in self._models.items():
+            for text in false_texts(kind, models, share, self._seed):
+                self._publishers[kind].publish(String(data=text))
+                self.sent.false += 1
+            self._rest()
+        now_ns = int(self._trial.companion.node.get_clock().now().nanoseconds)
+        for scene, parts in false_frames(frames, now_ns, self._rng):
+            for part, message in parts.items():
+                self._images[part].publish(message)
+            self._publishers[type(scene)].publish(String(data=encode(scene).decode()))
+            self.sent.false += len(parts) + 1
+            self._rest()
+        self.sent.false_counts = self._all_counts() - before
+
+    def _wait_for_listeners(self) -> None:
+        """Waits until whoever listens to a topic hears us: what is sent before is lost."""
+        node = self._trial.companion.node
+        publishers = [*self._publishers.values(), *self._images.values()]
+        self._trial.graph.spin_until(
+            lambda: all(
+                each.get_subscription_count()
+                >= len(node.get_subscriptions_info_by_topic(each.topic_name))
+                for each in publishers
+            ),
+            _COUNTING_S,
+        )
+
+    def _note(self, name: str, publisher: Publisher) -> None:
+        self.sent.invalid[name] += 1
+        node = self._trial.companion.node
+        for info in node.get_subscriptions_info_by_topic(publisher.topic_name):
+            if info.node_name in self._trial.graph.nodes:
+                self.sent.expected[f"{info.node_name} bad_{name}"] += 1
+
+    def _counted(self) -> Counter[str]:
+        account = self._trial.companion.account
+        return Counter({key: account.total(*key.split(" ")) for key in self.sent.expected})
+
+    def _all_counts(self) -> int:
+        return sum(
+            sum(counters.values()) for counters in self._trial.companion.account.counters.values()
+        )
+
+    def _rest(self) -> None:
+        """Waits for two heartbeats of every node: each has then taken what came before."""
+        beats = self._trial.companion.account.beats
+        until = {name: beats[name] + 2 for name in self._trial.graph.nodes}
+        self._trial.graph.spin_until(
+            lambda: all(beats[name] >= least for name, least in until.items()), _COUNTING_S
+        )
