@@ -13,7 +13,6 @@ from functools import partial
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float32, String
 
@@ -22,6 +21,7 @@ from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.messages.topics import TOPICS, QosClass
+from ros_scenesense.nodes.lean_node import LeanNode
 from ros_scenesense.nodes.mailbox import Mailbox
 from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
@@ -30,12 +30,12 @@ from ros_scenesense.nodes.vital_signs import VitalSigns
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Stage, Timing
 from ros_scenesense.stages.worker import WorkerProcess
 
-TICK_S = 0.05
+TICK_S = 0.1
 HEARTBEAT_S = 0.5
 DIAGNOSTICS_S = 1.0
 
 
-class StageNode(Node):
+class StageNode(LeanNode):
     """A node around one stage. Subclasses add image topics and services in `connect`.
 
     Args:
