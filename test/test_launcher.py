@@ -25,7 +25,7 @@ from ros_scenesense.launcher.process import NodeProcess, stop_all
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Groundings
 from ros_scenesense.messages.health import Heartbeat
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.nodes.registry import DEFAULT_NODES
 
 # What is refused before anything starts
 
@@ -370,7 +370,7 @@ def test_stopping_ends_all_nodes_cleanly(launched):
     assert workers
     launched.graph.executor.remove_node(launched.node)
     launched.graph.stop()
-    assert {node.name: node.exit_code for node in nodes} == dict.fromkeys(NODES, 0)
+    assert {node.name: node.exit_code for node in nodes} == dict.fromkeys(DEFAULT_NODES, 0)
     assert holds(lambda: not any(map(is_running, workers)))
     launched.graph.stop()
 
