@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -81,7 +81,7 @@ class AttentionStore:
         self._side = side
         self._kept = kept_examples
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health)
 
     def close(self) -> None:
         """Closes the file."""
