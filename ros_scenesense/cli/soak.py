@@ -96,6 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
                 seed=int(values["seed"]),
                 rate_hz=float(values["rate"]),
                 domain_id=arguments.domain_id,
+                record=name == "soak",
             )
 
         if values["minutes"]:

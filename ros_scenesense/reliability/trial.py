@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ros_scenesense.demo.domains import choose_domain
 from ros_scenesense.launcher import Graph, GraphOptions
+from ros_scenesense.launcher.options import with_recorder
 from ros_scenesense.messages.base import AnyMessage
+from ros_scenesense.nodes.registry import RECORDER
 from ros_scenesense.reliability.companion import Companion
 
 SESSION = "trial"
@@ -21,6 +23,8 @@ _LEARNING: dict[str, dict[str, object]] = {
     "simulated_camera": {"mode": "training", "autostart": False, "session": SESSION},
     "reasoner": {"withheld": "s3, o3"},
     "attention": {"train_every": 60, "iterations": 60, "pool_examples": 300},
+    # Everything is recorded but the images: an hour of them would be 75 GB.
+    RECORDER: {"leave_out": "camera/*, segmentation, cloud, annotated_image", "file_mb": 10},
     "axiom_learner": {"cycle_scenes": 30, "merge_scenes": 5, "trees": 20},
 }
 
@@ -35,6 +39,7 @@ class TrialOptions:
         rate_hz: Scenes asked for per second.
         feedback_share: Share of the scenes that something is said about.
         domain_id: ROS domain; None = one that nobody uses.
+        record: Whether there is a recorder, too.
         keep: Types of messages that the companion keeps whole.
         overrides: Parameters, stronger than those of a trial.
     """
@@ -44,6 +49,7 @@ class TrialOptions:
     rate_hz: float = 1.0
     feedback_share: float = 0.3
     domain_id: int | None = None
+    record: bool = False
     keep: tuple[type[AnyMessage], ...] = ()
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
@@ -51,6 +57,8 @@ class TrialOptions:
         """The parameters by node."""
         values = {name: dict(section) for name, section in _LEARNING.items()}
         values["simulated_camera"]["seed"] = self.seed
+        if not self.record:
+            del values[RECORDER]
         for name, section in self.overrides.items():
             values[name] = {**values.get(name, {}), **section}
         return values
@@ -106,15 +114,20 @@ def running(
     Raises:
         LaunchError: If it does not get ready.
     """
-    graph = Graph(
-        GraphOptions(
-            domain_id=choose_domain(options.domain_id),
-            overrides=options.parameters(),
-            state_dir=options.folder / "state",
-            log_dir=options.folder / "logs",
-        ),
-        report=report,
+    values = options.parameters()
+    recording = values.pop(RECORDER, {})
+    graph_options = GraphOptions(
+        domain_id=choose_domain(options.domain_id),
+        overrides=values,
+        state_dir=options.folder / "state",
+        log_dir=options.folder / "logs",
     )
+    if options.record:
+        graph_options = with_recorder(graph_options, options.folder / "bags")
+        overrides = dict(graph_options.overrides)
+        overrides[RECORDER] = {**overrides[RECORDER], **recording}
+        graph_options = replace(graph_options, overrides=overrides)
+    graph = Graph(graph_options, report=report)
     with graph:
         companion = Companion(
             options.seed,
