@@ -21,11 +21,11 @@ from ros_scenesense.reliability.hostile_texts import false_texts, invalid_texts
 from ros_scenesense.reliability.invented import invented
 from ros_scenesense.reliability.trial import Trial
 
-_IMAGE_SHARE = 0.1
-_BATCH = 60
-_IMAGE_BATCH = 3
+# At once: of a state only the last message is kept, of images a few.
+_BURST = {QosClass.EVENT: 6, QosClass.REQUEST: 6, QosClass.STATE: 1}
+_IMAGE_BURST = 3
 _INVENTED = 5
-_COUNTING_S = 60.0
+_COUNTING_S = 20.0
 
 
 @dataclass
@@ -52,8 +52,9 @@ class Attack:
 
     Args:
         trial: The graph; its companion's node publishes.
-        messages: How many invalid messages; a tenth of them are images.
+        messages: How many invalid messages.
         real: Texts of messages that the graph has published, by type.
+        made_up: Texts that are hardly messages, for all topics.
         seed: Of everything random.
 
     Attributes:
@@ -65,6 +66,7 @@ class Attack:
         trial: Trial,
         messages: int,
         real: Mapping[type[AnyMessage], Sequence[str]],
+        made_up: Sequence[str],
         seed: int,
     ) -> None:
         self.sent = Sent()
@@ -89,38 +91,45 @@ class Attack:
             for part, topic in TOPICS_OF_IMAGES.items()
         }
         self._wait_for_listeners()
-        self._images_left = round(_IMAGE_SHARE * messages)
-        self._texts_left = messages - self._images_left
-        share = -(-self._texts_left // len(TOPICS))
+        burst = sum(_BURST[topic.qos] for topic in TOPICS.values())
+        rounds = -(-messages // (burst + _IMAGE_BURST * len(self._images)))
         self._texts = {
-            kind: invalid_texts(kind, models, share, seed) for kind, models in self._models.items()
+            kind: invalid_texts(
+                kind,
+                models,
+                made_up[number :: len(TOPICS)],
+                rounds * _BURST[TOPICS[kind].qos],
+                seed,
+            )
+            for number, (kind, models) in enumerate(self._models.items())
         }
 
     @property
     def share_done(self) -> float:
         """Share of the invalid messages that were sent."""
-        return 1.0 - (self._texts_left + self._images_left) / self._messages
+        return self.sent.invalid.total() / self._messages
+
+    @property
+    def _left(self) -> int:
+        return self._messages - self.sent.invalid.total()
 
     def send_invalid(self) -> None:
         """Sends some invalid messages on every topic."""
         for kind, texts in self._texts.items():
-            for text in islice(texts, min(_BATCH, self._texts_left)):
+            for text in islice(texts, min(_BURST[TOPICS[kind].qos], self._left)):
                 self._publishers[kind].publish(String(data=text))
-                self._texts_left -= 1
                 self._note(TOPICS[kind].name, self._publishers[kind])
         for part, publisher in self._images.items():
-            for _ in range(min(_IMAGE_BATCH, self._images_left)):
+            for _ in range(min(_IMAGE_BURST, self._left)):
                 publisher.publish(bad_image(part, self._rng))
-                self._images_left -= 1
                 self._note(part, publisher)
 
-    def wait_until_counted(self) -> bool:
-        """Waits until every node that listens has counted what came; returns whether it did."""
-        done = self._trial.graph.spin_until(
-            lambda: self._counted() >= self.sent.expected, _COUNTING_S
-        )
+    def wait_until_counted(self) -> list[str]:
+        """Waits until every node that listens has counted what came; what is missing, in words."""
+        self._trial.graph.spin_until(lambda: self._counted() >= self.sent.expected, _COUNTING_S)
         self.sent.counted = self._counted() & self.sent.expected
-        return done
+        missing = self.sent.expected - self.sent.counted
+        return [f"{key}: {count} of {self.sent.expected[key]}" for key, count in missing.items()]
 
     def send_false(self, messages: int, frames: int) -> None:
         """Sends messages that are well formed and false, and frames that show nonsense."""

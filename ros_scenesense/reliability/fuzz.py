@@ -20,6 +20,7 @@ from ros_scenesense.messages.codec import encode
 from ros_scenesense.messages.grounding import MsrUpdate
 from ros_scenesense.messages.topics import TOPICS
 from ros_scenesense.reliability.attack import Attack, Sent
+from ros_scenesense.reliability.hostile_texts import made_up_texts
 from ros_scenesense.reliability.memory import tree_mib
 from ros_scenesense.reliability.outcome import Outcome
 from ros_scenesense.reliability.trial import SESSION, Trial, TrialOptions, running
@@ -66,7 +67,8 @@ def fuzz(options: TrialOptions, messages: int, report: Callable[[str], None]) ->
     values = options.parameters()
     overrides = {name: {**values[name], **more} for name, more in _FIXED.items()}
     options = replace(options, feedback_share=0.0, keep=tuple(TOPICS), overrides=overrides)
-    attacked = _attacked(_within(options, "fuzzed"), messages, report)
+    made_up = made_up_texts(messages // 2, options.seed)
+    attacked = _attacked(_within(options, "fuzzed"), messages, made_up, report)
     report(f"the same {len(attacked.decisions)} scenes without the fuzz ...")
     plain = _plain(_within(options, "plain"), len(attacked.decisions), report)
     different = [
@@ -77,17 +79,20 @@ def fuzz(options: TrialOptions, messages: int, report: Callable[[str], None]) ->
     return _outcome(attacked, different)
 
 
-def _attacked(options: TrialOptions, messages: int, report: Callable[[str], None]) -> _Attacked:
+def _attacked(
+    options: TrialOptions, messages: int, made_up: list[str], report: Callable[[str], None]
+) -> _Attacked:
     before: dict[str, float] = {}
     with running(options, report) as trial:
         for _ in range(_WARM_SCENES):
             _show_scene(trial, options)
-        attack = Attack(trial, messages, _texts(trial), options.seed)
+        attack = Attack(trial, messages, _texts(trial), made_up, options.seed)
         while attack.share_done < 1.0:
             attack.send_invalid()
             _show_scene(trial, options)
-            if not attack.wait_until_counted():
-                report("not every invalid message was counted")
+            missing = attack.wait_until_counted()
+            if missing:
+                report(f"not counted so far: {', '.join(missing)}")
             if not before and attack.share_done >= _WARM_UP:
                 before = _memory(trial)
         after, dead = _memory(trial), trial.restarts
@@ -95,7 +100,7 @@ def _attacked(options: TrialOptions, messages: int, report: Callable[[str], None
         report(f"{attack.sent.invalid.total()} invalid messages sent")
         attack.send_false(round(_FALSE_SHARE * messages), _FALSE_FRAMES)
         report(f"{attack.sent.false} false messages sent")
-        _show_scene(trial, options)
+        _show_scene(trial, options, merged=False)
         return _Attacked(
             decisions, attack.sent, dead, trial.restarts - dead, before, after, _memory(trial)
         )
@@ -110,8 +115,8 @@ def _plain(
         return _decisions(trial)
 
 
-def _show_scene(trial: Trial, options: TrialOptions) -> None:
-    """Shows one scene; waits for its decision and until grounding has learned from it."""
+def _show_scene(trial: Trial, options: TrialOptions, *, merged: bool = True) -> None:
+    """Shows one scene; waits for its decision, and until grounding has learned from it."""
     before = len(_decisions(trial))
     updates = trial.companion.account.kept[MsrUpdate]
     database = options.folder / "state" / "grounding.db"
@@ -120,7 +125,9 @@ def _show_scene(trial: Trial, options: TrialOptions) -> None:
         ("a good scene was not decided", lambda: len(_decisions(trial)) > before),
         (
             "evidence was not merged",
-            lambda: not updates or look_into(database).updates >= max(map(int, updates)),
+            lambda: (
+                not (updates and merged) or look_into(database).updates >= max(map(int, updates))
+            ),
         ),
     )
     for words, condition in steps:

@@ -47,56 +47,12 @@ def is_message(text: str, kind: type[AnyMessage]) -> bool:
     return True
 
 
-def invalid_texts(
-    kind: type[AnyMessage], real: Sequence[str], count: int, seed: int
-) -> Iterator[str]:
-    """Texts that are no message of a type: one half made up, the other real ones with a fault.
-
-    Args:
-        kind: The type.
-        real: Texts of messages; where there are none, all texts are made up.
-        count: How many.
-        seed: Of everything random.
+def made_up_texts(count: int, seed: int) -> list[str]:
+    """Texts that hypothesis thinks of: JSON values of all kinds, and any characters.
 
     Raises:
-        ParameterError: If hypothesis, which makes texts up, is not installed.
+        ParameterError: If hypothesis is not installed.
     """
-    rng = np.random.default_rng([seed, *TOPICS[kind].name.encode()])
-    made_up = count // 2 if real else count
-    found = 0
-    for text in _made_up(2 * made_up + 10, seed):
-        if found < made_up and not is_message(text, kind):
-            found += 1
-            yield text
-    for _ in range(count - found):
-        yield _first(lambda: _broken(_pick(real or ["{}"], rng), kind, rng), kind, valid=False)
-
-
-def false_texts(
-    kind: type[AnyMessage], real: Sequence[str], count: int, seed: int
-) -> Iterator[str]:
-    """Messages of a type that are well formed and say what is not so.
-
-    Args:
-        kind: The type.
-        real: Texts of messages, at least one.
-        count: How many.
-        seed: Of everything random.
-    """
-    rng = np.random.default_rng([seed, *TOPICS[kind].name.encode(), 1])
-    for _ in range(count):
-        yield _first(lambda: _falsified(_pick(real, rng), rng), kind, valid=True)
-
-
-def _first(make: Callable[[], str], kind: type[AnyMessage], *, valid: bool) -> str:
-    for _ in range(_ATTEMPTS):
-        text = make()
-        if is_message(text, kind) == valid:
-            return text
-    raise ParameterError(f"no {'valid' if valid else 'invalid'} message of {TOPICS[kind].name}")
-
-
-def _made_up(count: int, seed: int) -> list[str]:
     try:
         import hypothesis
         from hypothesis import strategies as st
@@ -129,6 +85,49 @@ def _made_up(count: int, seed: int) -> list[str]:
 
     collect()
     return found
+
+
+def invalid_texts(
+    kind: type[AnyMessage], real: Sequence[str], made_up: Sequence[str], count: int, seed: int
+) -> Iterator[str]:
+    """Texts that are no message of a type: some made up, the others real ones with a fault.
+
+    Args:
+        kind: The type.
+        real: Texts of messages, at least one.
+        made_up: Other texts; up to one half are of these.
+        count: How many.
+        seed: Of everything random.
+    """
+    rng = np.random.default_rng([seed, *TOPICS[kind].name.encode()])
+    others = [text for text in made_up if not is_message(text, kind)][: count // 2]
+    yield from others
+    for _ in range(count - len(others)):
+        yield _first(lambda: _broken(_pick(real, rng), kind, rng), kind, valid=False)
+
+
+def false_texts(
+    kind: type[AnyMessage], real: Sequence[str], count: int, seed: int
+) -> Iterator[str]:
+    """Messages of a type that are well formed and say what is not so.
+
+    Args:
+        kind: The type.
+        real: Texts of messages, at least one.
+        count: How many.
+        seed: Of everything random.
+    """
+    rng = np.random.default_rng([seed, *TOPICS[kind].name.encode(), 1])
+    for _ in range(count):
+        yield _first(lambda: _falsified(_pick(real, rng), rng), kind, valid=True)
+
+
+def _first(make: Callable[[], str], kind: type[AnyMessage], *, valid: bool) -> str:
+    for _ in range(_ATTEMPTS):
+        text = make()
+        if is_message(text, kind) == valid:
+            return text
+    raise ParameterError(f"no {'valid' if valid else 'invalid'} message of {TOPICS[kind].name}")
 
 
 def _broken(text: str, kind: type[AnyMessage], rng: np.random.Generator) -> str:
