@@ -37,14 +37,12 @@ class Sent:
         expected: How often each node should have counted them, by `node counter`.
         counted: How often it did, at most as often as expected.
         false: Messages that are well formed and false.
-        false_counts: By how much all counters of all nodes grew after those.
     """
 
     invalid: Counter[str] = field(default_factory=Counter)
     expected: Counter[str] = field(default_factory=Counter)
     counted: Counter[str] = field(default_factory=Counter)
     false: int = 0
-    false_counts: int = 0
 
 
 class Attack:
@@ -133,7 +131,6 @@ class Attack:
 
     def send_false(self, messages: int, frames: int) -> None:
         """Sends messages that are well formed and false, and frames that show nonsense."""
-        before = self._all_counts()
         share = -(-messages // len(TOPICS))
         for kind, models in self._models.items():
             for text in false_texts(kind, models, share, self._seed):
@@ -147,7 +144,6 @@ class Attack:
             self._publishers[type(scene)].publish(String(data=encode(scene).decode()))
             self.sent.false += len(parts) + 1
             self._rest()
-        self.sent.false_counts = self._all_counts() - before
 
     def _wait_for_listeners(self) -> None:
         """Waits until whoever listens to a topic hears us: what is sent before is lost."""
@@ -172,11 +168,6 @@ class Attack:
     def _counted(self) -> Counter[str]:
         account = self._trial.companion.account
         return Counter({key: account.total(*key.split(" ")) for key in self.sent.expected})
-
-    def _all_counts(self) -> int:
-        return sum(
-            sum(counters.values()) for counters in self._trial.companion.account.counters.values()
-        )
 
     def _rest(self) -> None:
         """Waits for two heartbeats of every node: each has then taken what came before."""

@@ -197,7 +197,6 @@ def _outcome(attacked: _Attacked, different: list[str]) -> Outcome:
             "fuzz_growth_pct": round(max(grown.values()), 2),
             "fuzz_false_messages": sent.false,
             "fuzz_false_dead_nodes": attacked.dead_of_false,
-            "fuzz_false_counts": sent.false_counts,
         },
         tables={
             "Fuzz: what the nodes counted": Table(
