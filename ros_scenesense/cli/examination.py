@@ -37,6 +37,7 @@ DEPENDENCIES = {
     "pybullet": "pybullet",
     "PyYAML": "yaml",
     "rich": "rich",
+    "rosbags": "rosbags",
     "scipy": "scipy",
 }
 TORCH_VERSION = "2.13.0"
