@@ -21,6 +21,7 @@ class Plan:
         repeats: Trainings of each, with other images and weights.
         large: From so many images on there is one training of each, which has to do.
         shortened: Few iterations, to see that it runs.
+        knowledge: What reasoning alone is tried with.
     """
 
     sizes: Mapping[str, tuple[int, ...]]
@@ -31,6 +32,7 @@ class Plan:
     repeats: int = 3
     large: int = 2000
     shortened: bool = False
+    knowledge: tuple[str, ...] = ("incomplete", "complete")
 
     def trials(self, scenes: int, seed: int, schedule: str, device: str) -> Iterator[Trial]:
         """The trials, the longest first; those with more images than there are left out.
@@ -64,7 +66,7 @@ class Plan:
                 )
         # Reasoning needs no training; the most frequent answers are those of a training set.
         largest = min(1000, scenes - tests)
-        for knowledge in ("incomplete", "complete"):
+        for knowledge in self.knowledge:
             for number in range(self.repeats):
                 yield Trial("reasoning", knowledge, largest, seed + number, tests)
 
@@ -101,9 +103,12 @@ SAMPLES = Plan(
     scenes=2000,
 )
 _BOTH = (100, 500, 5000)
-BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH})
+BACKGROUNDS = Plan(
+    sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=("incomplete",)
+)
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},
+    knowledge=("incomplete",),
     scenes=24,
     most_scenes=24,
     repeats=2,

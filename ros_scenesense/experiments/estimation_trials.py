@@ -305,7 +305,7 @@ def _conclusions(views: Sequence[View], knowledge: str) -> dict[str, tuple[int, 
     counts: dict[str, tuple[int, int]] = {}
     for view in views:
         for literal, belief in view.reasoned[knowledge].beliefs.items():
-            label = view.labels[literal]
+            label = view.labels.get(literal)
             if belief.status is not DecisionStatus.BY_DEFAULT or label is None:
                 continue
             for axiom in belief.axioms:
