@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from ros_scenesense.cli.declared import given
 from ros_scenesense.cli.launch import add_overrides_argument, parse_overrides
 from ros_scenesense.demo.run import Demo, DemoOptions, show_result
 from ros_scenesense.parameters import build, parameters_of
@@ -46,10 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     Returns:
         0 if all scenes went through the graph, 130 if the user stopped it, else 1.
     """
-    given = {option.name: getattr(arguments, option.name) for option in parameters_of(DemoOptions)}
-    options = build(
-        DemoOptions, {name: value for name, value in given.items() if value is not None}
-    )
+    options = build(DemoOptions, given(arguments, parameters_of(DemoOptions)))
     options = dataclasses.replace(options, overrides=parse_overrides(arguments.overrides))
     console = _console()
     signal.signal(signal.SIGTERM, _interrupt)
