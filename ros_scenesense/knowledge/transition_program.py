@@ -23,7 +23,7 @@ from ros_scenesense.knowledge.axioms import (
 from ros_scenesense.knowledge.converses import Converses
 from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Belief, Literal
-from ros_scenesense.knowledge.relevance import Relevance
+from ros_scenesense.knowledge.relevance import Relevance, without_excuses
 from ros_scenesense.knowledge.rendering import (
     atom_text,
     body_texts,
@@ -36,7 +36,8 @@ from ros_scenesense.knowledge.signature import Action, AttributeKind
 from ros_scenesense.knowledge.sorting import guards_of, local_variables
 from ros_scenesense.knowledge.terms import Variable
 
-PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS, PRIORITY_FEWEST, PRIORITY_TIE = 4, 3, 2, 1
+PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS, PRIORITY_FEWEST = 5, 4, 3
+PRIORITY_UNSURE, PRIORITY_TIE = 2, 1
 """Priorities of what is minimised."""
 
 AVOIDED = "avoided"
@@ -51,7 +52,7 @@ class TransitionProgram:
         asked: Literals that the question is about: of a goal, or observed.
         initial: What is true at first; inertial fluents that are not named are false.
         avoided: Estimated literals, perhaps with variables, that no action may bring about; where
-            only defaults conclude one, an exception excuses it at a price.
+            only defaults conclude one, an exception excuses it at a price. No default excuses it.
         lenient: Whether what makes an action impossible is only counted, `_violated(id, t)`, and as
             little of it as possible is violated; so it is seen what stands in the way of a goal.
         exogenous: Whether actions may occur that the robot does not do.
@@ -71,7 +72,8 @@ class TransitionProgram:
         exogenous: bool = False,
     ) -> None:
         self._lenient = lenient
-        self._converses = Converses(description)
+        asked, avoided = tuple(asked), tuple(avoided)
+        self._converses = Converses(without_excuses(description, asked, avoided))
         self._description = self._converses.description
         self._signature = description.signature
         self._avoided = tuple(map(self._converses.literal, avoided))
@@ -155,6 +157,17 @@ class TransitionProgram:
         lines.append(f"#minimize {{ 1@{PRIORITY_EXCEPTIONS},F,t : {exception}(F,t) }}.")
         return "\n".join(lines)
 
+    def doubt(self) -> str:
+        """The part `doubt(t)`: counts what was surely not as it should not be, and no longer is."""
+        lines = ["#program doubt(t)."]
+        for literal in self._avoided:
+            if literal.atom.name in self.relevant:
+                safe = self._strict(literal.complement)
+                counted = f"{self.helper('counted')}({PRIORITY_UNSURE},{self._reified(literal)},t)"
+                sure, unsure = self._timed(safe, "t-1"), f"not {self._timed(safe, 't')}"
+                lines.append(f"{counted} :- {sure}, {unsure}.")
+        return "\n".join(lines)
+
     def novelty(self) -> str:
         """The part `novelty(t)`, from 2 on: two actions never lead back to the same state."""
         new = self.helper("new")
@@ -195,9 +208,10 @@ class TransitionProgram:
             head = f"{counted}({priority},{self._reified(literal)},t)"
             lines.append(rule_text(head, counts))
         lines.append(f":- {query}(t), {unmet}(t).")
-        for part, priority in (("fewest", PRIORITY_FEWEST), ("tie", PRIORITY_TIE)):
+        for part, priorities in _FEW.items():
             lines.append(f"#program {part}(t).")
-            lines.append(f"#minimize {{ 1@{priority},L,t : {counted}({priority},L,t) }}.")
+            for priority in priorities:
+                lines.append(f"#minimize {{ 1@{priority},L,t : {counted}({priority},L,t) }}.")
         lines.append(f"#defined {counted}/3.")
         lines.append("#program unreached(t).")
         lines.append(f":- not {unmet}(t).")
@@ -378,3 +392,6 @@ class TransitionProgram:
     def _timed(text: str, time: str) -> str:
         """An atom with the time as last argument."""
         return f"{text[:-1]},{time})" if text.endswith(")") else f"{text}({time})"
+
+
+_FEW = {"fewest": (PRIORITY_FEWEST,), "tie": (PRIORITY_UNSURE, PRIORITY_TIE)}

@@ -20,6 +20,7 @@ from ros_scenesense.knowledge.literals import Atom, Literal
 from ros_scenesense.knowledge.transition_program import (
     PRIORITY_FEWEST,
     PRIORITY_TIE,
+    PRIORITY_UNSURE,
     TransitionProgram,
 )
 from ros_scenesense.reasoning.atoms import atom_of, literal_of
@@ -63,7 +64,8 @@ class PlanningTask:
         goal: To be achieved.
         avoided: Estimated literals, perhaps with variables, that no action may bring about; where
             only defaults conclude one, an exception excuses it.
-        preferred: Literals of which there are to be few among equally good plans.
+        preferred: Literals of which there are to be few among equally good plans, once as little
+            as can be becomes unsure: what was surely not to be avoided, and is not any more.
         forbidden: Actions that cannot be the first, e.g. because they were refused.
         lenient: Whether actions may be done though something makes them impossible; plans that
             violate least are best, whatever else they are.
@@ -113,12 +115,15 @@ class FoundPlan:
             with the step after it.
         counted: How many instances of the goal's `fewest`, and of the preferred literals, hold at
             the end.
+        unsure: How often what was surely not to be avoided is not sure any more, such as an object
+            that is put where it may or may not stay; not counted within a horizon.
     """
 
     actions: tuple[Atom, ...]
     exceptions: tuple[tuple[Literal, int], ...] = ()
     violations: tuple[tuple[str, int], ...] = ()
     counted: tuple[int, int] = (0, 0)
+    unsure: int = 0
 
 
 @dataclass(frozen=True)
@@ -127,8 +132,8 @@ class Planning:
 
     Attributes:
         outcome: How it ended.
-        plans: Best first: by what the goal asks few of, length, what is preferred, their text. All
-            have equally many exceptions.
+        plans: Best first: by what the goal asks few of, length, what becomes unsure, what is
+            preferred, their text. All have equally many exceptions.
         complete: Whether these are all the plans that were asked for.
         steps: The last step that was searched.
         seconds: CPU time it took.
@@ -161,9 +166,10 @@ def plan(task: PlanningTask, limits: PlanningLimits = PlanningLimits()) -> Plann
     )
 
 
-def _rank(found: FoundPlan) -> tuple[int, int, int, str]:
+def _rank(found: FoundPlan) -> tuple[int, int, int, int, str]:
     fewest, preferred = found.counted
-    return fewest, len(found.actions), preferred, ", ".join(map(str, found.actions))
+    text = ", ".join(map(str, found.actions))
+    return fewest, len(found.actions), found.unsure, preferred, text
 
 
 _Cost = tuple[int, int, int]
@@ -230,6 +236,7 @@ class _Search:
             program.text(),
             program.choice(),
             program.avoidance(),
+            program.doubt(),
             program.novelty(),
             program.goal(task.goal, task.preferred),
             "#program first.",
@@ -244,6 +251,7 @@ class _Search:
         query, horizon = self._program.helper("query"), self._limits.aim is Aim.HORIZON
         parts = ["state", "goal"]
         parts += ["step", "choice", "avoidance"] if step > 0 else []
+        parts += ["doubt"] if step > 0 and not horizon else []
         # Plans within a horizon may be as roundabout as they like. Where an action is forbidden at
         # first, it makes a difference to be back.
         new = step > (2 if self._forbidding else 1) and not horizon
@@ -363,6 +371,7 @@ class _Reader:
             exceptions=tuple((each, step) for step, each in sorted(found["exception"], key=str)),
             violations=tuple((each, step) for step, each in sorted(found["violated"])),
             counted=(counted.count(PRIORITY_FEWEST), counted.count(PRIORITY_TIE)),
+            unsure=counted.count(PRIORITY_UNSURE),
         )
         violations, exceptions, fewest = model.cost[:3]
         return _Answer(plan, (violations, exceptions, fewest))
