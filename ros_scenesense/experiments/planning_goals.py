@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations, permutations
 from typing import Literal
 
 import numpy as np
@@ -13,6 +14,7 @@ from ros_scenesense.scene import Truth
 from ros_scenesense.simulation.engine import SimulatedScene
 from ros_scenesense.simulation.rehearsal import Rehearsal, Tried
 
+Actions = tuple[PlannedAction, ...]
 GoalKind = Literal["on", "tidied", "visible", "all_visible"]
 
 _TABLE = "table"
@@ -24,9 +26,10 @@ class Wanted:
     """A goal.
 
     Attributes:
-        kind: `on`: one object is on another; `tidied`: an object stands on the table no longer, to
-            make room there; `visible`: an object is not occluded any more; `all_visible`: none is.
-        objects: Which; the lower one last. Empty for `all_visible`.
+        kind: `on`: one object is on another; `tidied`: one or two objects stand on the table no
+            longer, to make room there; `visible`: an object is not occluded any more;
+            `all_visible`: none is.
+        objects: Which; of `on` the lower one last. Empty for `all_visible`.
     """
 
     kind: GoalKind
@@ -38,7 +41,7 @@ class Wanted:
         if self.kind == "on":
             return f"on({', '.join(self.objects)})"
         if self.kind == "tidied":
-            return f"-on({self.objects[0]}, {_TABLE}), {_EMPTY_HAND}"
+            return ", ".join([*(f"-on({name}, {_TABLE})" for name in self.objects), _EMPTY_HAND])
         if self.kind == "visible":
             return f"-occluded({self.objects[0]}), {_EMPTY_HAND}"
         return f"all -occluded(X), {_EMPTY_HAND}"
@@ -57,21 +60,23 @@ class Wanted:
         if tried.in_hand is not None:
             return False
         if self.kind == "tidied":
-            return any(upper == self.objects[0] for upper, _ in tried.supports)
+            return set(self.objects) <= {upper for upper, _ in tried.supports}
         asked = self.objects or tuple(tried.occluded)
         return all(tried.occluded[name] is Truth.FALSE for name in asked)
 
 
 def draw_goals(scene: SimulatedScene, rng: np.random.Generator) -> Iterator[Wanted]:
-    """Goals that do not hold in a scene, each once: of each kind one, then of the kinds in turn."""
+    """Goals that do not hold in a scene, each once, of all kinds in turn."""
     names = [each.name for each in scene.objects]
     hidden = [each.name for each in scene.object_labels if each.occluded is Truth.TRUE]
     standing = [name for name in names if name not in dict(scene.supports)]
     pairs = [(a, b) for a in names for b in names if a != b and (a, b) not in scene.supports]
+    couples = list(combinations(standing, 2)) if len(standing) > 2 else []
     kinds: list[list[Wanted]] = [
         _shuffled([Wanted("visible", (name,)) for name in hidden], rng),
         [Wanted("all_visible")] if hidden else [],
         _shuffled([Wanted("tidied", (name,)) for name in standing], rng),
+        _shuffled([Wanted("tidied", couple) for couple in couples], rng),
         _shuffled([Wanted("on", pair) for pair in pairs], rng),
     ]
     while any(kinds):
@@ -87,15 +92,32 @@ def is_possible(wanted: Wanted, scene: SimulatedScene, rehearsal: Rehearsal) -> 
     if wanted.kind == "on":
         return wanted.reached(rehearsal.attempt(_stacking(wanted.objects, supports)))
     if wanted.kind == "tidied":
-        (upper,) = wanted.objects
-        lowers = (each.name for each in scene.objects if each.name != upper)
-        plans = (_stacking((upper, lower), supports) for lower in lowers)
-        return any(wanted.reached(rehearsal.attempt(plan)) for plan in plans)
+        names = [each.name for each in scene.objects]
+        return any(
+            wanted.reached(rehearsal.attempt(plan))
+            for order in permutations(wanted.objects)
+            for plan in _placings(order, names, rehearsal)
+        )
     moved = wanted.objects or [
         each.name for each in scene.object_labels if each.occluded is not Truth.FALSE
     ]
     plan = list(_moves(_top_down(moved, supports)))
     return wanted.reached(rehearsal.attempt(plan, looks=True))
+
+
+def _placings(
+    uppers: Sequence[str], names: Sequence[str], rehearsal: Rehearsal, begun: Actions = ()
+) -> Iterator[Actions]:
+    """Ways to put one object after the other on some other object, as far as they succeed."""
+    if not uppers:
+        yield begun
+        return
+    before = rehearsal.attempt(begun)
+    if not before.failure:
+        for lower in names:
+            if lower != uppers[0]:
+                actions = (*begun, *_stacking((uppers[0], lower), before.supports))
+                yield from _placings(uppers[1:], names, rehearsal, actions)
 
 
 def _stacking(pair: Sequence[str], supports: Sequence[tuple[str, str]]) -> list[PlannedAction]:

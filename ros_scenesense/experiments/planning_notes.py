@@ -17,10 +17,10 @@ def notes_on(
     return [
         f"Our learner made the axioms of the last table from {learning} labelled scenes, and "
         f"{merging} chose between versions; the six axioms s1 to o3 were missing. They went to the "
-        "planner as text of the action language. The states to plan in are other scenes: at least "
-        "four objects that all stay where they are, and the paper's box behind a white box and a "
-        f"duck. For each, {limits.goals} goals are drawn that do not hold: an object is not "
-        "occluded; nothing is; an object does not stand on the table any more; one is on another. "
+        "planner as text of the action language. The states to plan in are other scenes: five "
+        "objects that all stay where they are, and the paper's box behind a white box and a duck. "
+        f"For each, {limits.goals} goals are drawn that do not hold: an object is not occluded; "
+        "nothing is; one or two objects do not stand on the table any more; one is on another. "
         "A goal is drawn anew if the simulator cannot bring it about in the most straightforward "
         "way (all that is in the way is put on the table first), if there is no plan with or "
         f"without the learned axioms, or if the best plan has more than {limits.longest} actions.",

@@ -40,7 +40,7 @@ PAPER = {
 _SUFFIX = {0: "", 2: "_longer"}
 _GOALS = {
     "on": "one object on another",
-    "tidied": "an object off the table",
+    "tidied": "one or two objects off the table",
     "visible": "an object not occluded",
     "all_visible": "nothing occluded",
 }

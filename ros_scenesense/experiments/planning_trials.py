@@ -11,10 +11,15 @@ from typing import Literal
 
 import numpy as np
 
-from ros_scenesense.experiments.planning_goals import GoalKind, Wanted, draw_goals, is_possible
+from ros_scenesense.experiments.planning_goals import (
+    Actions,
+    GoalKind,
+    Wanted,
+    draw_goals,
+    is_possible,
+)
 from ros_scenesense.experiments.planning_knowledge import Knowledge
 from ros_scenesense.knowledge.literals import Atom
-from ros_scenesense.messages.actions import PlannedAction
 from ros_scenesense.reasoning.planning import Aim, PlanningLimits, plan
 from ros_scenesense.reasoning.situations import Situation
 from ros_scenesense.scene import Truth
@@ -32,8 +37,6 @@ KINDS: tuple[PlanKind, ...] = ("optimal", "suboptimal", "incorrect")
 SLACKS = (0, 2)
 """All plans are counted that are at most so much longer than the best one."""
 
-Actions = tuple[PlannedAction, ...]
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -49,7 +52,7 @@ class Limits:
     goals: int = 5
     longest: int = 6
     plans: int = 5000
-    executed: int = 16
+    executed: int = 12
 
 
 @dataclass(frozen=True)
@@ -269,8 +272,8 @@ class _Runner:
         return wanted.reached(self._rehearsal.attempt(actions, wanted.looks, careful))
 
 
-# So many objects clutter a table.
-_CLUTTERED = 4
+# So many objects clutter a table; a drawn scene has no more.
+_CLUTTERED = 5
 # Plans are counted up to a number, not for a time: then the machine makes no difference.
 _PATIENCE_S = 600.0
 

@@ -182,7 +182,7 @@ class TransitionProgram:
         lines.append(f":- not {new}(t).")
         return "\n".join(lines)
 
-    def goal(self, goal: Goal, preferred: Iterable[Literal] = ()) -> str:
+    def goal(self, goal: Goal, preferred: Iterable[Iterable[Literal]] = ()) -> str:
         """The parts `goal(t)` and `unreached(t)`.
 
         `goal(t)` demands the goal of state t if the external `_query(t)` is true, and counts what
@@ -191,7 +191,8 @@ class TransitionProgram:
 
         Args:
             goal: Without free variables in conditions of the kind TRUE.
-            preferred: Literals of which there are to be few among equally good plans.
+            preferred: Groups of literals of which there are to be few among equally good plans; the
+                priority of the first is `PRIORITY_TIE`, that of each other one less.
         """
         unmet, query, counted = map(self.helper, ("unmet", "query", "counted"))
         lines = ["#program goal(t).", f"#external {query}(t)."]
@@ -202,16 +203,19 @@ class TransitionProgram:
                 few.append((PRIORITY_FEWEST, condition.literal))
             else:
                 lines.append(rule_text(f"{unmet}(t)", self._unmet(condition)))
-        few.extend((PRIORITY_TIE, self._converses.literal(literal)) for literal in preferred)
+        for number, group in enumerate(preferred):
+            few.extend((PRIORITY_TIE - number, self._converses.literal(each)) for each in group)
         for priority, literal in few:
             counts = [self._believed(literal, "t"), f"{query}(t)", *self._guards(literal)]
             head = f"{counted}({priority},{self._reified(literal)},t)"
             lines.append(rule_text(head, counts))
         lines.append(f":- {query}(t), {unmet}(t).")
-        for part, priorities in _FEW.items():
+        for part, which in (
+            ("fewest", f"P = {PRIORITY_FEWEST}"),
+            ("tie", f"P < {PRIORITY_FEWEST}"),
+        ):
             lines.append(f"#program {part}(t).")
-            for priority in priorities:
-                lines.append(f"#minimize {{ 1@{priority},L,t : {counted}({priority},L,t) }}.")
+            lines.append(f"#minimize {{ 1@P,L,t : {counted}(P,L,t), {which} }}.")
         lines.append(f"#defined {counted}/3.")
         lines.append("#program unreached(t).")
         lines.append(f":- not {unmet}(t).")
@@ -392,6 +396,3 @@ class TransitionProgram:
     def _timed(text: str, time: str) -> str:
         """An atom with the time as last argument."""
         return f"{text[:-1]},{time})" if text.endswith(")") else f"{text}({time})"
-
-
-_FEW = {"fewest": (PRIORITY_FEWEST,), "tie": (PRIORITY_UNSURE, PRIORITY_TIE)}
