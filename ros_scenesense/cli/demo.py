@@ -24,6 +24,10 @@ _EXIT_CODES = {"complete": 0, "timed_out": 1, "failed": 1, "interrupted": 130}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds one option per parameter of `DemoOptions`, and `-p` for those of the nodes."""
     for option in parameters_of(DemoOptions):
+        if option.type is bool:
+            name = f"--{option.name}"
+            parser.add_argument(name, action="store_true", default=None, help=option.description)
+            continue
         known = option.default not in ("", -1)
         parser.add_argument(
             f"--{option.name.replace('_', '-')}",

@@ -37,6 +37,7 @@ DEPENDENCIES = {
     "pybullet": "pybullet",
     "PyYAML": "yaml",
     "rich": "rich",
+    "rosbags": "rosbags",
     "scipy": "scipy",
 }
 TORCH_VERSION = "2.13.0"
@@ -54,6 +55,7 @@ ROS_PACKAGES = (
     "diagnostic_msgs.msg",
     "geometry_msgs.msg",
     "rcl_interfaces.msg",
+    "rosgraph_msgs.msg",
     "sensor_msgs.msg",
     "std_msgs.msg",
     "std_srvs.srv",

@@ -18,6 +18,7 @@ from ros_scenesense.errors import ReasoningError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
 from ros_scenesense.learning.examples import Example, Reason, SceneState
+from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, JobProgress
@@ -34,6 +35,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.learner_store import LearnerStore
 from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task
+from ros_scenesense.stages.outcome_desk import OutcomeDesk
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing
 from ros_scenesense.stages.state_file import state_path
 
@@ -89,6 +91,9 @@ class AxiomLearnerConfiguration:
     relevant_only: bool = parameter(
         True, "learn from the relations alone that the given axioms make relevant"
     )
+    learn_when_surprised: bool = parameter(
+        True, "begin a cycle at once when an action of the robot had an unexpected outcome"
+    )
     seed: int = parameter(0, "seed of all that is random; same scenes, same axioms", minimum=0)
     join_timeout_s: float = parameter(
         20.0, "seconds to wait for the other messages of a scene", minimum=0.1, maximum=3600.0
@@ -118,12 +123,14 @@ class AxiomLearnerStage:
             self.health,
             max(configuration.pool_scenes, configuration.cycle_scenes),
         )
+        self._outcomes = OutcomeDesk(self._store, self._domain, self._states, self.health)
         timeout_s = configuration.join_timeout_s
         self._scenes = SceneJoin(tuple(_PART_OF.values()), timeout_s, _WAITING_SCENES)
         self._given: frozenset[str] | None = None
         self._trust: Trust | None = None
         self._cycle: tuple[str, list[int]] | None = None
         self._jobs: list[Job] = []
+        self._surprised = False
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of what learns."""
@@ -143,6 +150,9 @@ class AxiomLearnerStage:
             return []
         if isinstance(item, AxiomRequest):
             return self._answer(item, now_ns)
+        if isinstance(item, Transition):
+            self._surprised |= self._outcomes.take(item)
+            return self._learn_if_surprised(now_ns)
         if not isinstance(item, Objects | Relations | Beliefs | Verdicts):
             return []
         part = _PART_OF[type(item)]
@@ -167,7 +177,7 @@ class AxiomLearnerStage:
         if self._cycle is not None:
             return None, f"{self._cycle[0]} is under way"
         pool = self._store.scenes()[-self.configuration.pool_scenes :]
-        if len(pool) < 2:
+        if len(pool) < 2 and not self._store.trials.all():
             return None, "there are no labelled scenes to learn from: show some in training mode"
         new = set(self._store.scenes(new_only=True)) & set(pool)
         generator = np.random.default_rng([self.configuration.seed, self._store.cycle])
@@ -209,7 +219,8 @@ class AxiomLearnerStage:
         learned = sum(event.what == "learned" for event in changes.events)
         lost = sum(event.what in ("forgotten", "dropped in merging") for event in changes.events)
         words = "; ".join([f"{learned} axioms learned, {lost} discarded", *result.problems])
-        return [self._progress(name, "done", words, now_ns), *self._axioms(now_ns)]
+        done = [self._progress(name, "done", words, now_ns), *self._axioms(now_ns)]
+        return [*done, *self._learn_if_surprised(now_ns)]
 
     def close(self) -> None:
         """Closes learner.db."""
@@ -288,6 +299,13 @@ class AxiomLearnerStage:
             for axiom in (each.stable if fluent == "stable" else each.occluded).axioms
         ]
 
+    def _learn_if_surprised(self, now_ns: int) -> list[Outgoing]:
+        if not (self._surprised and self.configuration.learn_when_surprised) or self._cycle:
+            return []
+        self._surprised = False
+        name, words = self.learn(now_ns)
+        return [] if name is None else [self._progress(name, "running", words, now_ns)]
+
     # --- Learning.
 
     def _order(self, inducing: list[int], judging: list[int]) -> LearningOrder:
@@ -295,6 +313,8 @@ class AxiomLearnerStage:
         description = self._domain.without(self._out_of_force())
         tasks = []
         for fluent, task in FLUENTS.items():
+            if not judging:
+                break
             relevant = None
             if configuration.relevant_only:
                 relevant = frozenset(relevance(description, task).relations)
@@ -315,6 +335,7 @@ class AxiomLearnerStage:
             slack=self._slack(),
             trees=configuration.trees,
             seed=configuration.seed,
+            trials=self._store.trials.all(),
         )
 
     def _out_of_force(self) -> set[str]:

@@ -18,7 +18,9 @@ from ros_scenesense.learning.examples import Example
 from ros_scenesense.learning.grouping import grouped, same_statement
 from ros_scenesense.learning.paper_learner import PaperLearner
 from ros_scenesense.learning.scoring import TRUE_FROM
+from ros_scenesense.learning.trials import Trial
 from ros_scenesense.reasoning.selection import Dropped, Version, select
+from ros_scenesense.stages.law_learning import LawOrder, is_about_actions, learn_laws
 
 AxiomData = StateConstraint | Default
 Algorithm = Literal["covering", "paper"]
@@ -63,6 +65,7 @@ class LearningOrder:
         slack: Estimated share of wrong relations.
         trees: Size of the ensemble.
         seed: Of everything random.
+        trials: Attempts at actions, to learn about these.
     """
 
     description: SystemDescription
@@ -76,6 +79,7 @@ class LearningOrder:
     slack: float = 0.0
     trees: int = 100
     seed: int = 0
+    trials: Sequence[Trial] = ()
 
 
 @dataclass(frozen=True)
@@ -125,12 +129,34 @@ class LearningEngine:
             ReasoningError: If the solver fails.
         """
         report = LearningReport()
+        self._learn_laws(order, report)
         for task in order.tasks:
             try:
                 _Cycle(order, task, report).run()
             except LearningError as error:
                 report.problems.append(f"nothing is learned about {task.fluent!r}: {error}")
         return report
+
+    def _learn_laws(self, order: LearningOrder, report: LearningReport) -> None:
+        laws = learn_laws(
+            LawOrder(
+                description=order.description,
+                learned={n: text for n, text in order.learned.items() if is_about_actions(text)},
+                pinned=order.pinned,
+                vetoed=order.vetoed,
+                trials=order.trials,
+                purity=order.purity,
+                trees=order.trees,
+                seed=order.seed,
+            )
+        )
+        report.problems += laws.problems
+        for each, known in laws.found:
+            axiom = each.axiom
+            report.found.append(Found(str(axiom), axiom.kind, each.purity, each.support, known))
+        for name, instead in laws.lost:
+            words = f"dropped: {instead} tells as well what comes of the action"
+            report.lost.append(Loss(name, False, words))
 
 
 class _Cycle:
@@ -146,7 +172,11 @@ class _Cycle:
             and axiom.head.atom.name == task.fluent
             and can_be_evaluated(axiom)
         ]
-        read = (self._read(text, name) for name, text in order.learned.items())
+        read = (
+            self._read(text, name)
+            for name, text in order.learned.items()
+            if not is_about_actions(text)
+        )
         self._known = [axiom for axiom in read if axiom.head.atom.name == task.fluent]
 
     def run(self) -> None:
@@ -189,7 +219,7 @@ class _Cycle:
                 random_state=order.seed,
             )
             axioms = covering.fit(task.examples).axioms_
-        vetoed = [self._read(text, "vetoed") for text in order.vetoed]
+        vetoed = [self._read(e, "vetoed") for e in order.vetoed if not is_about_actions(e)]
         unwanted = [*vetoed, *self._given]
         return [
             replace(each, axiom=replace(each.axiom, id=f"new_{number}"))
