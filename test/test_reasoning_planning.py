@@ -72,6 +72,16 @@ def test_of_equally_short_plans_the_one_that_is_surest_to_stay_is_chosen():
     assert [each.unsure for each in every] == [1, 2]
 
 
+def test_of_equally_good_places_a_large_object_is_chosen():
+    sizes = {"a": "small", "b": "medium", "c": "large", "d": "medium"}
+    objects = {name: {"size": size, "surface": "flat"} for name, size in sizes.items()}
+    known = described_scene({"objects": objects}, "test")
+    (found,) = solve(known, "-on(a, table), no in_hand(R, X)").plans
+    assert words(found) == ["pickup(a)", "putdown(a, c)"]
+    every = solve(known, "-on(a, table), no in_hand(R, X)", ALL).plans
+    assert [words(each)[1][-2] for each in every] == ["c", "b", "d"]
+
+
 def test_a_default_does_not_excuse_what_another_one_speaks_against():
     hopeful = parse("hopeful: normally stable(A) if not small_base(A).", "test", robot_domain())
     start = Situation(hopeful.description, scene(["abcd", "e"]))
