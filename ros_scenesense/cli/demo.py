@@ -21,8 +21,9 @@ from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
 
 _EPILOG = """\
-`trace` plays the paper's first execution trace: the robot plans, is surprised, learns, and does
-better. `clutter` has it tidy up a table. Both write the story into the report.
+`trace` plays the paper's first execution trace: the robot, which was shown 100 labelled scenes,
+plans, is surprised, learns, and does better. `clutter` has it tidy up a table. Both write the
+story into the report.
 
 `-p reasoner.withheld=s1,s2,s3,o1,o2,o3` leaves out six axioms, so that most is left to the network;
 `-p attention.network=none` leaves it all to reasoning.
@@ -40,6 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a story of goals instead of single scenes",
     )
     for option in _options().values():
+        if option.type is bool:
+            name = f"--{option.name}"
+            parser.add_argument(name, action="store_true", default=None, help=option.description)
+            continue
         known = option.default not in ("", -1)
         parser.add_argument(
             f"--{option.name.replace('_', '-')}",
@@ -75,8 +80,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _options() -> dict[str, Parameter]:
     """All options by name; those of the plain demo first."""
-    every = (*parameters_of(DemoOptions), *parameters_of(StoryOptions))
-    return {option.name: option for option in reversed(every)}
+    options: dict[str, Parameter] = {}
+    for option in (*parameters_of(DemoOptions), *parameters_of(StoryOptions)):
+        options.setdefault(option.name, option)
+    return options
 
 
 def _chosen(configuration: type[Options], arguments: argparse.Namespace) -> Options:

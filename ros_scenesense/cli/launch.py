@@ -12,7 +12,7 @@ from typing import Any
 import platformdirs
 
 from ros_scenesense.errors import ParameterError
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.nodes.registry import DEFAULT_NODES, NODES
 
 _EPILOG = """\
 A node that dies, or gives no sign of life, is started again: after 0.5 s, then 1, 2, 4 and 8 s.
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--nodes",
         nargs="+",
         metavar="NODE",
-        default=list(NODES),
+        default=list(DEFAULT_NODES),
         help=f"start only these: {', '.join(NODES)}",
     )
     parser.add_argument(
@@ -39,6 +39,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         default=platformdirs.user_state_path("scenesense", appauthor=False),
         help="folder that the nodes remember in (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--record",
+        nargs="?",
+        type=Path,
+        metavar="DIR",
+        const=Path("bags"),
+        help="record the session into a bag in this folder (default: %(const)s); see "
+        "`scenesense bag`",
     )
     parser.add_argument(
         "--remap",
@@ -101,6 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the graph until SIGINT or SIGTERM."""
     # Imports ROS: not for `--help`.
     from ros_scenesense.launcher import Graph, GraphOptions
+    from ros_scenesense.launcher.options import with_recorder
 
     options = GraphOptions(
         nodes=tuple(arguments.nodes),
@@ -109,6 +119,9 @@ def run(arguments: argparse.Namespace) -> int:
         silence_s=arguments.silence,
         **graph_options(arguments),
     )
+    if arguments.record is not None:
+        options = with_recorder(options, arguments.record)
+        print(f"the session is recorded into a bag in {arguments.record}", flush=True)
     with _stop_requests() as requests:
         graph = Graph(options, report=lambda line: print(line, flush=True))
         print(f"logs are in {graph.log_dir}", flush=True)

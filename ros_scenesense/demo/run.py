@@ -27,6 +27,7 @@ from ros_scenesense.demo.tables import (
 from ros_scenesense.demo.view import make_view
 from ros_scenesense.errors import LaunchError, ParameterError
 from ros_scenesense.launcher import Graph, GraphOptions
+from ros_scenesense.launcher.options import with_recorder
 from ros_scenesense.parameters import parameter
 from ros_scenesense.simulation.arrangements import Arrangement
 
@@ -61,6 +62,7 @@ class DemoOptions:
         "seconds for all scenes once the nodes are ready; if not given 60 and 5 a scene",
         minimum=1.0,
     )
+    record: bool = parameter(False, "record the run into a bag in the run folder")
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     @property
@@ -76,6 +78,8 @@ class DemoOptions:
             value = getattr(self, name)
             if value != "":
                 words += [f"--{name}", str(value)]
+        if self.record:
+            words.append("--record")
         for node, values in self.overrides.items():
             for name, value in values.items():
                 words += ["-p", f"{node}.{name}={value}"]
@@ -202,13 +206,14 @@ class Demo:
                 "say --scenes, --seed or --arrangement"
             )
         overrides["simulated_camera"] = {**chosen, **camera}
-        return GraphOptions(
+        options = GraphOptions(
             domain_id=self._info.domain_id,
             parameters_file=Path(self._options.params) if self._options.params else None,
             overrides=overrides,
             state_dir=self._folder / "state",
             log_dir=self._folder / "logs",
         )
+        return with_recorder(options, self._folder) if self._options.record else options
 
     def _scenes_s(self) -> float | None:
         settled_ns = [scene.settled_ns for scene in self._record.settled() if scene.settled_ns]
@@ -235,7 +240,10 @@ def show_result(result: DemoResult, console: Console) -> None:
         console.print(part)
         console.print()
     console.print(final_words(summary), highlight=False)
-    for name, what in (("report.html", "report "), ("summary.json", "figures")):
-        console.print(
-            f"{what}  {result.folder / name}", markup=False, highlight=False, soft_wrap=True
-        )
+    files = [
+        ("report ", result.folder / "report.html"),
+        ("figures", result.folder / "summary.json"),
+    ]
+    files += [("bag    ", bag) for bag in sorted(result.folder.glob("bag-*"))]
+    for what, file in files:
+        console.print(f"{what}  {file}", markup=False, highlight=False, soft_wrap=True)

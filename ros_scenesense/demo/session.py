@@ -15,6 +15,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from ros_scenesense.demo.domains import choose_domain
 from ros_scenesense.demo.observer import Observer, Taker
 from ros_scenesense.demo.record import RunRecord, SceneRecord
 from ros_scenesense.demo.story import STORY_MESSAGES, Attempt, Story
@@ -41,13 +42,13 @@ class SessionOptions:
 
     Attributes:
         folder: Run folder: state and logs are kept there.
-        domain_id: ROS domain.
+        domain_id: ROS domain; None = each part of the story takes one that nobody uses.
         parameters_file: Params YAML; None = the shipped one.
         overrides: Values of the user per node and parameter, stronger than the story's own.
     """
 
     folder: Path
-    domain_id: int
+    domain_id: int | None
     parameters_file: Path | None
     overrides: Overrides
 
@@ -157,8 +158,10 @@ def running(
     merged = {node: dict(values) for node, values in overrides.items()}
     for node, values in options.overrides.items():
         merged.setdefault(node, {}).update(values)
+    domain = choose_domain(options.domain_id)
+    report(f"starting the nodes in ROS domain {domain}")
     graph_options = GraphOptions(
-        domain_id=options.domain_id,
+        domain_id=domain,
         parameters_file=options.parameters_file,
         overrides=merged,
         state_dir=options.folder / "state",

@@ -14,6 +14,7 @@ from ros_scenesense.demo.record import Image, RunRecord
 from ros_scenesense.messages.actions import Plan, StateLiteral, Transition
 from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.learning import Axioms, JobProgress, LearnedAxiom
+from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.stages.outcomes import OBSERVED
 from ros_scenesense.stages.protocol import Timing
 
@@ -140,6 +141,8 @@ class Story:
                 self.progress[item.job_id] = item
             case _:
                 self.run.take(item, now_ns)
+                if self._waiting and isinstance(item, Scene):
+                    self._tell_plans()
 
     def tell(self, entry: Entry) -> None:
         """Adds an entry."""
@@ -189,7 +192,8 @@ class Story:
         scene = self.run.scenes.get(plan.scene_id)
         begun = any(isinstance(e, Planned) and e.plan.id == plan.id for e in self.entries)
         shown = {e.transition.scene_after for e in self.entries if isinstance(e, Done)}
-        fresh = scene is None or scene.scene is None or scene.scene.episode_id != plan.id
+        announced = None if scene is None else scene.scene
+        fresh = announced is not None and announced.episode_id != plan.id
         return plan.scene_id in shown or not begun or fresh
 
     def _take_axioms(self, message: Axioms) -> None:

@@ -45,7 +45,6 @@ class StoryEnd:
         command: The command line that repeats it.
         started: When, in words.
         seconds: How long it took.
-        domain_id: ROS domain.
         error: What went otherwise than it should; empty if nothing.
         scenes: The scene before and the one afterwards, where they are compared.
     """
@@ -54,7 +53,6 @@ class StoryEnd:
     command: str
     started: str
     seconds: float
-    domain_id: int
     error: str = ""
     scenes: tuple[SceneRecord, SceneRecord] | None = None
 

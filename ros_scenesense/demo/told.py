@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 
 from ros_scenesense.demo import clutter, trace
-from ros_scenesense.demo.domains import LAST_DOMAIN, choose_domain
+from ros_scenesense.demo.domains import LAST_DOMAIN
 from ros_scenesense.demo.narrator import Narrator
 from ros_scenesense.demo.record import SceneRecord
 from ros_scenesense.demo.run_folder import make_folder, new_folder
@@ -75,7 +75,7 @@ def tell(what: str, options: StoryOptions, console: Console) -> int:
     """
     started = datetime.now(UTC)
     folder = Path(options.out) if options.out else new_folder(started)
-    domain = choose_domain(None if options.domain_id == _NOT_GIVEN else options.domain_id)
+    domain = None if options.domain_id == _NOT_GIVEN else options.domain_id
     session = SessionOptions(
         folder, domain, Path(options.params) if options.params else None, options.overrides
     )
@@ -100,7 +100,6 @@ def tell(what: str, options: StoryOptions, console: Console) -> int:
         command=options.command(what),
         started=f"{started:%Y-%m-%d %H:%M:%S} UTC",
         seconds=time.monotonic() - begun,
-        domain_id=domain,
         error=error,
         scenes=scenes,
     )

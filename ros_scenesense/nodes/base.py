@@ -26,6 +26,7 @@ from ros_scenesense.nodes.mailbox import Mailbox
 from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
 from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.nodes.registry import RECORDER
 from ros_scenesense.nodes.vital_signs import VitalSigns
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Stage, Timing
 from ros_scenesense.stages.worker import WorkerProcess
@@ -142,8 +143,8 @@ class StageNode(LeanNode):
             self.get_logger().error("".join(traceback.format_exception(error)))
 
     def has_subscribers(self, *publishers: Publisher) -> bool:
-        """Whether somebody takes every one of these topics."""
-        return all(publisher.get_subscription_count() > 0 for publisher in publishers)
+        """Whether somebody takes every one of these topics; a recorder is nobody's audience."""
+        return all(self._has_audience(publisher) for publisher in publishers)
 
     def destroy_node(self) -> None:
         """Stops the worker, closes the stage's files, leaves the graph."""
@@ -167,6 +168,13 @@ class StageNode(LeanNode):
         self.vital_signs.ready = True
         self.vital_signs.send_heartbeat()
         self.call(self.stage.start)
+
+    def _has_audience(self, publisher: Publisher) -> bool:
+        count: int = publisher.get_subscription_count()
+        if count == 0:
+            return False
+        takers = self.get_subscriptions_info_by_topic(publisher.topic_name)
+        return count > sum(taker.node_name == RECORDER for taker in takers)
 
     def _open_publisher(self, message: type[AnyMessage]) -> None:
         topic = TOPICS[message]

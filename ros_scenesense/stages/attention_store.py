@@ -22,7 +22,7 @@ from ros_scenesense.scene import Task
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file
 
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -77,7 +77,7 @@ class AttentionStore:
     def __init__(self, path: Path, health: Health, side: int) -> None:
         self._side = side
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health)
 
     def close(self) -> None:
         """Closes the file."""
