@@ -57,6 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="another name for a topic, e.g. of a camera driver's; may be repeated",
     )
     parser.add_argument(
+        "--sim-time",
+        action="store_true",
+        help="take the time from the topic /clock, e.g. of `scenesense bag play --clock`",
+    )
+    parser.add_argument(
         "--silence",
         type=float,
         metavar="SECONDS",
@@ -116,13 +121,14 @@ def run(arguments: argparse.Namespace) -> int:
         nodes=tuple(arguments.nodes),
         state_dir=arguments.state,
         remaps=tuple(arguments.remap),
+        sim_time=arguments.sim_time,
         silence_s=arguments.silence,
         **graph_options(arguments),
     )
     if arguments.record is not None:
         options = with_recorder(options, arguments.record)
         print(f"the session is recorded into a bag in {arguments.record}", flush=True)
-    with _stop_requests() as requests:
+    with stop_requests() as requests:
         graph = Graph(options, report=lambda line: print(line, flush=True))
         print(f"logs are in {graph.log_dir}", flush=True)
         with graph:
@@ -165,7 +171,7 @@ def parse_overrides(words: Sequence[str]) -> dict[str, dict[str, object]]:
 
 
 @contextmanager
-def _stop_requests() -> Iterator[list[int]]:
+def stop_requests() -> Iterator[list[int]]:
     """Collects SIGINT and SIGTERM instead of dying of them, so that stopping is orderly."""
     received: list[int] = []
     numbers = (signal.SIGINT, signal.SIGTERM)

@@ -32,6 +32,7 @@ class GraphOptions:
         parameters_file: Params YAML; None = the shipped one.
         overrides: Values per node and parameter, stronger than the file; text is converted.
         remaps: Other names for topics or services, each `FROM:=TO`, for all nodes.
+        sim_time: Whether the time is that of the topic `/clock`.
         state_dir: Folder that the nodes remember in; None = what the parameters say.
         log_dir: Folder of the nodes' logs; None = a new one among the user's state files.
         silence_s: A ready node without heartbeat for so long is restarted.
@@ -47,6 +48,7 @@ class GraphOptions:
     parameters_file: Path | None = None
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     remaps: tuple[str, ...] = ()
+    sim_time: bool = False
     state_dir: Path | None = None
     log_dir: Path | None = None
     silence_s: float = 10.0

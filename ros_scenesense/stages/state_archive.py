@@ -48,14 +48,12 @@ def export_state(state: Path, target: Path) -> Manifest:
     """Writes the state of a graph into one file.
 
     Args:
-        state: The state folder; nodes may be running with it.
+        state: The state folder; nodes may be running with it. Without one nothing is remembered.
         target: The file to write; one that exists is replaced.
 
     Raises:
         StateError: If a state file is damaged, or the archive cannot be written.
     """
-    if not state.is_dir():
-        raise StateError(f"there is no state folder {state}")
     temporary = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
