@@ -23,6 +23,7 @@ from ros_scenesense.knowledge.axioms import (
 from ros_scenesense.knowledge.converses import Converses
 from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Belief, Literal
+from ros_scenesense.knowledge.prerequisites import prerequisites
 from ros_scenesense.knowledge.relevance import Relevance, without_excuses
 from ros_scenesense.knowledge.rendering import (
     atom_text,
@@ -36,8 +37,8 @@ from ros_scenesense.knowledge.signature import Action, AttributeKind
 from ros_scenesense.knowledge.sorting import guards_of, local_variables
 from ros_scenesense.knowledge.terms import Variable
 
-PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS, PRIORITY_FEWEST = 5, 4, 3
-PRIORITY_UNSURE, PRIORITY_TIE = 2, 1
+PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS = 5, 4
+PRIORITY_FEWEST, PRIORITY_UNSURE, PRIORITY_TIE = 3, 2, 1
 """Priorities of what is minimised."""
 
 AVOIDED = "avoided"
@@ -116,7 +117,7 @@ class TransitionProgram:
         )
 
     def choice(self) -> str:
-        """The part `choice(t)`: the robot does one action."""
+        """The part `choice(t)`: one action of the robot, of those that have what they need."""
         elements = "; ".join(
             self._acting(action, self.helper("occurs"))
             for action in self.actions
@@ -144,8 +145,6 @@ class TransitionProgram:
         exception = self.helper("exception")
         lines = ["#program avoidance(t)."]
         for literal in self._avoided:
-            if literal.atom.name not in self.relevant:
-                continue
             now, before = (self._believed(literal, time) for time in ("t", "t-1"))
             strict, strict_before = (
                 self._timed(self._strict(literal), time) for time in ("t", "t-1")
@@ -161,11 +160,9 @@ class TransitionProgram:
         """The part `doubt(t)`: counts what was surely not as it should not be, and no longer is."""
         lines = ["#program doubt(t)."]
         for literal in self._avoided:
-            if literal.atom.name in self.relevant:
-                safe = self._strict(literal.complement)
-                counted = f"{self.helper('counted')}({PRIORITY_UNSURE},{self._reified(literal)},t)"
-                sure, unsure = self._timed(safe, "t-1"), f"not {self._timed(safe, 't')}"
-                lines.append(f"{counted} :- {sure}, {unsure}.")
+            safe = self._strict(literal.complement)
+            head = f"{self.helper('counted')}({PRIORITY_UNSURE},{self._reified(literal)},t)"
+            lines.append(f"{head} :- {self._timed(safe, 't-1')}, not {self._timed(safe, 't')}.")
         return "\n".join(lines)
 
     def novelty(self) -> str:
@@ -326,9 +323,12 @@ class TransitionProgram:
     def _acting(self, action: Action, predicate: str) -> str:
         """Every instance of an action, as an element of a choice."""
         atom = Atom(action.name, tuple(Variable(f"X{i}") for i in range(len(action.arguments))))
-        members = ", ".join(map(guard_text, guards_of([atom], [], self._signature)))
+        conditions = [*map(guard_text, guards_of([atom], [], self._signature))]
+        if not self._lenient:
+            needed = prerequisites(atom, self._axioms, self._signature)
+            conditions += (self._believed(each, "t-1") for each in needed)
         acting = f"{predicate}({atom_text(atom)},t)"
-        return f"{acting} : {members}" if members else acting
+        return f"{acting} : {', '.join(conditions)}" if conditions else acting
 
     def _unmet(self, condition: GoalCondition) -> list[str]:
         believed = self._believed(condition.literal, "t")
