@@ -65,7 +65,7 @@ def test_shipped_scenes_are_what_they_show(name: str) -> None:
 def test_the_readme_shows_every_shipped_scene_and_its_example_is_right(tmp_path: Path) -> None:
     text = (SHIPPED / "README.md").read_text()
     files = sorted(SHIPPED.glob("*.yaml"))
-    assert len(files) == 4
+    assert len(files) == 5
     assert all(f"| `{file.name}` |" in text for file in files)
     example = tmp_path / "example.yaml"
     example.write_text(text.split("```yaml\n")[1].split("```")[0])

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import rclpy
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Image as ImageMessage
 from std_msgs.msg import String
 
-from ros_scenesense.demo.record import Image, RunRecord
+from ros_scenesense.demo.record import Image
 from ros_scenesense.errors import FrameError, MessageError
 from ros_scenesense.messages.attention import Estimates, Rois
 from ros_scenesense.messages.base import AnyMessage
@@ -43,22 +43,36 @@ _MESSAGES: tuple[type[AnyMessage], ...] = (
 _REFRESH_S = 0.1
 
 
+class Taker(Protocol):
+    """Takes what is received."""
+
+    def take(self, item: AnyMessage | Image | Timing, now_ns: int) -> None:
+        """Takes a message, an image or a timing."""
+
+
 class Observer:
     """Subscribes to all that a report needs.
 
     Args:
         record: Takes what is received.
         refresh: Called ten times a second, whatever happens.
+        more: Message types to subscribe to besides those of every report.
         node_options: Passed on to `rclpy.create_node`: `context`, `namespace`.
 
     Attributes:
         node: For the caller's executor; the caller destroys it.
     """
 
-    def __init__(self, record: RunRecord, refresh: Callable[[], None], **node_options: Any) -> None:
+    def __init__(
+        self,
+        record: Taker,
+        refresh: Callable[[], None],
+        more: Iterable[type[AnyMessage]] = (),
+        **node_options: Any,
+    ) -> None:
         self.node = rclpy.create_node("demo", **node_options)
         self._record = record
-        for message in _MESSAGES:
+        for message in (*_MESSAGES, *more):
             topic = TOPICS[message]
             take = partial(self._take_json, message)
             self.node.create_subscription(String, topic.name, take, profile_of(topic.qos))
