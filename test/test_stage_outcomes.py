@@ -90,6 +90,16 @@ def test_what_falls_later_is_an_example_too(transitions):
     )
 
 
+def test_what_is_thought_to_be_in_the_hand_still_has_not_fallen(transitions):
+    """The robot does not know that its hand is empty when it has put something down."""
+    held = StateLiteral(fluent="in_hand", arguments=["rob1", "white_cube"])
+    full = msgspec.structs.replace(transitions[3], expected=[*transitions[3].expected, held])
+    assert Outcome(full, robot_domain()).unstable() is None
+    stayed = msgspec.structs.replace(transitions[5], expected=[*transitions[5].after, held])
+    assert Outcome(stayed, robot_domain()).is_unexpected
+    assert not Outcome(transitions[5], robot_domain()).is_unexpected
+
+
 def test_a_touch_that_was_overlooked_is_no_fall(transitions):
     failed = transitions[3]
     above = StateLiteral(fluent="above", arguments=["white_cube", "duck"])
