@@ -99,7 +99,7 @@ def test_things_are_where_the_file_says(tmp_path: Path) -> None:
         ({"objects": [{"object": "mug", "color": "red", "x_m": 3}]}, r"<= 0.9 - at .*x_m"),
         ({"objects": [{"object": "mug", "color": "red", "stands_on": "it"}]}, "'it', before it"),
         ({**TOWER, "camera": {"pitch_deg": 90}}, r"<= 60.0 - at .*camera\.pitch_deg"),
-        ({**TOWER, "background": 101}, "<= 100"),
+        ({**TOWER, "background": 1001}, "<= 1000"),
         ({"objects": TOWER["objects"][:1] * 2}, r"\[1\] is a second white_cube"),
         (
             {"objects": [TOWER["objects"][0], {"object": "small_cube", "color": "red"}]},
