@@ -53,6 +53,10 @@ def test_an_attempt_tells_the_state_before_and_whether_it_failed(transitions):
     assert failed.arguments == ("rob1", failed.state.names.index("white_cube"), duck)
     assert ("obj_surface", (duck, "irregular")) in failed.state.facts
     assert ("on", failed.arguments[1:]) in failed.expected - failed.after
+    # The can, which stands aside, is only told of as far as it bears on what the robot does.
+    can = failed.state.names.index("red_can")
+    assert ("right", (can, duck)) in failed.state.facts
+    assert ("obj_size", (can, "medium")) not in failed.state.facts
 
 
 def test_what_did_not_stay_is_an_example_of_what_is_unstable(transitions):

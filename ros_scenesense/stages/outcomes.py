@@ -80,17 +80,24 @@ class Outcome:
             names.append(action.location or TABLE)
         facts = _Facts(signature, numbers)
         sorts = signature.actions[action.kind].arguments
+        arguments = facts.values(sorts, names)
+
+        def bearing(holding: Iterable[tuple[str, tuple[str, ...]]]) -> frozenset[Fact]:
+            """Facts about the arguments of the action: no law speaks of anything else."""
+            found = facts.of(holding)
+            return frozenset(each for each in found if set(arguments) & set(each[1]))
+
         return Trial(
             id=transition.id,
             scene_id=transition.scene_before,
             action=action.kind,
-            arguments=facts.values(sorts, names),
-            state=SceneState(tuple(numbers), facts.of(self._before)),
+            arguments=arguments,
+            state=SceneState(tuple(numbers), bearing(self._before)),
             executed=executed,
             failed=not executed or bool(self._missed({action.object})),
-            expected=facts.of(self._expected),
+            expected=bearing(self._expected),
             # What was hidden before may be seen now.
-            after=facts.of(each for each in self._after if facts.can_say(each)),
+            after=bearing(each for each in self._after if facts.can_say(each)),
         )
 
     def unstable(self) -> tuple[SceneFacts, list[str]] | None:
