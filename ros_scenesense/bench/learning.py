@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
 from contextlib import closing
 
 import numpy as np
 
 from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
+from ros_scenesense.bench.timing import median_ms
 from ros_scenesense.experiments.axioms_scenes import ExactScenes, Scenes, domain, withheld_ids
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
 from ros_scenesense.learning.covering_learner import CoveringLearner
@@ -50,7 +48,7 @@ def measure(options: BenchOptions) -> Measured:
     groups, labels = _versions(scenes, np.random.default_rng(options.seed))
     figures = {
         "ensemble_ms": max(ours for _, _, ours, _ in rows),
-        "merge_ms": _median_ms(lambda: select(groups, [], labels), repeats),
+        "merge_ms": median_ms(lambda: select(groups, [], labels), repeats),
     }
     columns = ["about", "examples", "ours ms", "Algorithm 1 ms"]
     table = Table(columns=columns, rows=[list(row) for row in rows])
@@ -70,8 +68,8 @@ def _learning(
     return (
         fluent,
         len(examples),
-        _median_ms(lambda: ours.fit(examples), repeats),
-        _median_ms(lambda: paper.fit(examples), repeats),
+        median_ms(lambda: ours.fit(examples), repeats),
+        median_ms(lambda: paper.fit(examples), repeats),
     )
 
 
@@ -120,14 +118,3 @@ def _versions(scenes: Scenes, rng: np.random.Generator) -> tuple[list[list[Versi
 
 # Of the objects that an axiom holds of, such a share remains with each condition more.
 _PART = 0.8
-
-
-def _median_ms(action: Callable[[], object], repeats: int) -> float:
-    """The median CPU time, after a first time that loads what is loaded once."""
-    action()
-    seconds = []
-    for _ in range(repeats):
-        start = time.process_time()
-        action()
-        seconds.append(time.process_time() - start)
-    return statistics.median(seconds) * 1000.0

@@ -85,11 +85,11 @@ ESTIMATION = Plan(
         "same_channels": _FEW,
         "alexnet": _FEW,
         "alexnet_att": _FEW,
-        "query_pixels": (100, 1000),
-        "query_geometry": (100, 1000),
+        "query_pixels": (100,),
+        "query_geometry": (100,),
         "query_segmented": (100,),
     },
-    complete={"query": (100, 1000), "lenet_att": (100, 1000), "alexnet_att": (100, 1000)},
+    complete={"query": (100, 1000), "lenet_att": (100,), "alexnet_att": (100,)},
 )
 _STEPS = tuple(range(100, 1001, 100))
 SAMPLES = Plan(
