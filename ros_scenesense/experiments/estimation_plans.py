@@ -30,7 +30,7 @@ class Plan:
     most_scenes: int = 6000
     most_tests: int = 1000
     repeats: int = 3
-    large: int = 2000
+    large: int = 1000
     shortened: bool = False
     knowledge: tuple[str, ...] = ("incomplete", "complete")
 
@@ -103,12 +103,10 @@ SAMPLES = Plan(
     scenes=2000,
 )
 _BOTH = (100, 500, 5000)
-BACKGROUNDS = Plan(
-    sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=("incomplete",)
-)
+BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=())
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},
-    knowledge=("incomplete",),
+    knowledge=(),
     scenes=24,
     most_scenes=24,
     repeats=2,
