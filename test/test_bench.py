@@ -15,6 +15,7 @@ from ros_scenesense.bench import (
     decisions,
     graph,
     perception,
+    planning,
     reasoning,
     steps,
 )
@@ -24,7 +25,7 @@ from ros_scenesense.cli import bench as command
 from ros_scenesense.cli import main as cli
 from ros_scenesense.demo.run import DemoResult
 from ros_scenesense.demo.summary import RunEnd, summarise
-from ros_scenesense.errors import LaunchError, SceneSenseError
+from ros_scenesense.errors import LaunchError, ReasoningError, SceneSenseError
 from ros_scenesense.results import Result, Table, markdown, read_result, write_result
 
 QUICK = BenchOptions(quick=True)
@@ -187,6 +188,15 @@ def test_knowledge_and_reasoning_are_timed():
     figures = reasoning.measure(QUICK).figures
     assert set(figures) == {figure.name for figure in reasoning.FIGURES}
     assert all(value > 0.0 for value in figures.values())
+
+
+def test_other_plans_than_those_found_by_hand_are_noticed(monkeypatch):
+    by_hand = planning.plans_by_hand
+    monkeypatch.setattr(
+        planning, "plans_by_hand", lambda *asked: set(list(by_hand(*asked))[1:]) or {("wait",)}
+    )
+    with pytest.raises(ReasoningError, match="other plans"):
+        planning.measure(QUICK)
 
 
 def test_strict_decisions_agree_with_physics():

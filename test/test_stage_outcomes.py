@@ -70,6 +70,26 @@ def test_what_did_not_stay_is_an_example_of_what_is_unstable(transitions):
     stage.close()
 
 
+def test_what_falls_later_is_an_example_too(transitions):
+    """The cube stays on the duck for a while, and falls while the can is picked up."""
+    put, pick = transitions[3:5]
+    table = StateLiteral(fluent="on", arguments=["white_cube", "table"])
+    later = msgspec.structs.replace(
+        pick,
+        before=[*put.expected, *(e for e in pick.before if e.fluent.startswith("obj_"))],
+        expected=[
+            *(e for e in put.expected if "red_can" not in e.arguments),
+            StateLiteral(fluent="in_hand", arguments=["rob1", "red_can"]),
+        ],
+        after=[e for e in pick.after if "white_cube" not in e.arguments] + [table],
+    )
+    facts, fallen = Outcome(later, robot_domain()).unstable()
+    assert ([each.name for each in facts.objects], fallen) == (
+        ["duck", "white_cube"],
+        ["white_cube"],
+    )
+
+
 def test_a_touch_that_was_overlooked_is_no_fall(transitions):
     failed = transitions[3]
     above = StateLiteral(fluent="above", arguments=["white_cube", "duck"])

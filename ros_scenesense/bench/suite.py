@@ -11,6 +11,7 @@ from ros_scenesense.bench import (
     datasets,
     decisions,
     graph,
+    loop,
     perception,
     reasoning,
     sparc,
@@ -38,6 +39,7 @@ class Group:
 
 GROUPS = (
     Group("the graph, real nodes", graph.FIGURES, graph.measure),
+    Group("the whole loop: speed, transport, restarts", loop.FIGURES, loop.measure),
     Group("grounding and classification, single scenes", steps.FIGURES, steps.measure),
     Group("objects told apart and described", perception.FIGURES, perception.measure),
     Group("reasoning about scenes", classification.FIGURES, classification.measure),

@@ -15,10 +15,10 @@ from ros_scenesense.errors import ParameterError
 from ros_scenesense.nodes.registry import DEFAULT_NODES, NODES
 
 _EPILOG = """\
-A node that dies, or gives no sign of life, is started again: after 0.5 s, then 1, 2, 4 and 8 s.
-When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and the
-end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after 3 s
-more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
+A node that dies, or gives no sign of life, is started again: after 0.1 s, then 0.2, 0.4, 0.8 and
+1.6 s. When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and
+the end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after
+3 s more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
 """
 
 

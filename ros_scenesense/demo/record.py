@@ -201,6 +201,7 @@ class RunRecord:
 
     Args:
         session: First part of the scene ids; scenes of other sessions are counted and ignored.
+            None = all are taken.
 
     Attributes:
         scenes: By scene id, in the order in which they were first heard of.
@@ -210,7 +211,7 @@ class RunRecord:
         foreign: Number of messages about scenes of other sessions.
     """
 
-    def __init__(self, session: str) -> None:
+    def __init__(self, session: str | None) -> None:
         self.session = session
         self.scenes: dict[str, SceneRecord] = {}
         self.nodes: dict[str, NodeRecord] = {}
@@ -283,7 +284,7 @@ class RunRecord:
 
     def _take_part(self, item: SceneMessage, part: str, now_ns: int) -> None:
         session, _, number = item.scene_id.rpartition("-")
-        if session != self.session or not number.isdecimal():
+        if self.session not in (None, session) or not number.isdecimal():
             self.foreign += 1
             return
         record = self.scenes.setdefault(item.scene_id, SceneRecord(item.scene_id, int(number)))

@@ -15,6 +15,7 @@ from ros_scenesense.demo.domains import LAST_DOMAIN, choose_domain
 from ros_scenesense.demo.observer import Observer
 from ros_scenesense.demo.record import RunRecord
 from ros_scenesense.demo.report import write_report
+from ros_scenesense.demo.run_folder import make_folder, new_folder
 from ros_scenesense.demo.summary import Outcome, RunEnd, RunInfo, Summary, summarise, write_summary
 from ros_scenesense.demo.tables import (
     final_words,
@@ -110,10 +111,11 @@ class Demo:
         domain = None if options.domain_id == _NOT_GIVEN else options.domain_id
         self._options = options
         self._console = console
-        self._folder = Path(options.out) if options.out else _new_folder(started)
-        self._record = RunRecord(f"{started:%Y%m%dT%H%M%S}-{started.microsecond:06d}")
+        self._folder = Path(options.out) if options.out else new_folder(started)
+        session = f"{started:%Y%m%dT%H%M%S}-{started.microsecond:06d}"
+        self._record = RunRecord(session)
         self._info = RunInfo(
-            session=self._record.session,
+            session=session,
             started=f"{started:%Y-%m-%d %H:%M:%S} UTC",
             command=options.command,
             seed=options.seed,
@@ -124,7 +126,7 @@ class Demo:
         self._view = make_view(console, self._record, self._info)
         self._graph = Graph(self._graph_options(), report=self._view.event)
         self._ready_ns = 0
-        _make_folder(self._folder)
+        make_folder(self._folder)
 
     def run(self) -> DemoResult:
         """Runs the graph until all scenes are settled, then writes what was seen.
@@ -245,20 +247,3 @@ def show_result(result: DemoResult, console: Console) -> None:
     files += [("bag    ", bag) for bag in sorted(result.folder.glob("bag-*"))]
     for what, file in files:
         console.print(f"{what}  {file}", markup=False, highlight=False, soft_wrap=True)
-
-
-def _new_folder(started: datetime) -> Path:
-    name = f"{started:%Y%m%d-%H%M%S}"
-    folder = Path("runs") / name
-    number = 1
-    while folder.exists():
-        number += 1
-        folder = folder.with_name(f"{name}-{number}")
-    return folder
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        (folder / "logs").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ParameterError(f"run folder '{folder}' cannot be made: {error}") from error

@@ -23,6 +23,7 @@ from ros_scenesense.knowledge.axioms import (
 from ros_scenesense.knowledge.converses import Converses
 from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Belief, Literal
+from ros_scenesense.knowledge.prerequisites import prerequisites
 from ros_scenesense.knowledge.relevance import Relevance
 from ros_scenesense.knowledge.rendering import (
     atom_text,
@@ -114,7 +115,7 @@ class TransitionProgram:
         )
 
     def choice(self) -> str:
-        """The part `choice(t)`: the robot does one action."""
+        """The part `choice(t)`: one action of the robot, of those that have what they need."""
         elements = "; ".join(
             self._acting(action, self.helper("occurs"))
             for action in self.actions
@@ -308,9 +309,12 @@ class TransitionProgram:
     def _acting(self, action: Action, predicate: str) -> str:
         """Every instance of an action, as an element of a choice."""
         atom = Atom(action.name, tuple(Variable(f"X{i}") for i in range(len(action.arguments))))
-        members = ", ".join(map(guard_text, guards_of([atom], [], self._signature)))
+        conditions = [*map(guard_text, guards_of([atom], [], self._signature))]
+        if not self._lenient:
+            needed = prerequisites(atom, self._axioms, self._signature)
+            conditions += (self._believed(each, "t-1") for each in needed)
         acting = f"{predicate}({atom_text(atom)},t)"
-        return f"{acting} : {members}" if members else acting
+        return f"{acting} : {', '.join(conditions)}" if conditions else acting
 
     def _unmet(self, condition: GoalCondition) -> list[str]:
         believed = self._believed(condition.literal, "t")

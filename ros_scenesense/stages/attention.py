@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -42,7 +43,7 @@ from ros_scenesense.stages.protocol import (
 )
 from ros_scenesense.stages.state_file import state_path
 
-SIDE = 64
+SIDE = 32
 """Pixels of the inputs of the query network."""
 _PUBLISHERS = {
     "frame": "the camera's images",
@@ -132,7 +133,8 @@ class AttentionStage:
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of the engine that asks and trains networks."""
-        return AttentionEngine
+        network = self._training.network
+        return partial(AttentionEngine, None if network is None else network.file)
 
     def start(self, now_ns: int) -> list[Outgoing]:
         """Nothing is published before a scene came."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from ros_scenesense.learning.scoring import TRUE_FROM
 from ros_scenesense.learning.strength import FORGOTTEN_BELOW, Strength
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.learning import AxiomRequest, Axioms, LearnedAxiom
+from ros_scenesense.messages.learning import AxiomRequest, Axioms, JobProgress, LearnedAxiom
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import (
     Changes,
@@ -146,6 +147,20 @@ def message_of(store: LearnerStore, now_ns: int) -> Axioms:
             for each in store.axioms("active")
         ],
         refuted=list(store.refuted()),
+    )
+
+
+def progress_of(
+    name: str, state: Literal["running", "done", "failed"], words: str, now_ns: int
+) -> JobProgress:
+    """How far a cycle has come."""
+    return JobProgress(
+        stamp=Stamp.of(now_ns),
+        job_id=name,
+        node="axiom_learner",
+        state=state,
+        progress=0.0 if state == "running" else 1.0,
+        text=words[:4096],
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ros_scenesense.learning.examples import Example, Reason, SceneState
 from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
-from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, JobProgress
+from ros_scenesense.messages.learning import AxiomRequest, AxiomResult
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdict, Verdicts
 from ros_scenesense.parameters import parameter
 from ros_scenesense.reasoning.described_scenes import perceived_object, perceived_relation
@@ -30,7 +30,7 @@ from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
 from ros_scenesense.scene import DecisionStatus, Truth
-from ros_scenesense.stages.axiom_keeper import answer_to, changes_of_cycle, message_of
+from ros_scenesense.stages.axiom_keeper import answer_to, changes_of_cycle, message_of, progress_of
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.learner_store import LearnerStore
@@ -130,7 +130,7 @@ class AxiomLearnerStage:
         self._trust: Trust | None = None
         self._cycle: tuple[str, list[int]] | None = None
         self._jobs: list[Job] = []
-        self._surprised = False
+        self._surprised = self._by_surprise = False
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of what learns."""
@@ -205,9 +205,13 @@ class AxiomLearnerStage:
         if isinstance(result, JobFailure):
             words = f"{name} failed, the axioms stay as they are: {result.reason}"
             self.health.problem("learning_failed", words)
-            return [self._progress(name, "failed", words, now_ns)]
+            return [progress_of(name, "failed", words, now_ns)]
         for problem in result.problems:
-            self.health.problem("not_learned", problem)
+            if self._by_surprise:  # nobody has asked for a cycle
+                self.health.count("not_learned")
+            else:
+                self.health.problem("not_learned", problem)
+        self._by_surprise = False
         taken = {axiom.id for axiom in self._domain.axioms}
         changes = changes_of_cycle(result, self._store, taken)
         self._store.finish_cycle(changes, new, now_ns)
@@ -219,7 +223,7 @@ class AxiomLearnerStage:
         learned = sum(event.what == "learned" for event in changes.events)
         lost = sum(event.what in ("forgotten", "dropped in merging") for event in changes.events)
         words = "; ".join([f"{learned} axioms learned, {lost} discarded", *result.problems])
-        done = [self._progress(name, "done", words, now_ns), *self._axioms(now_ns)]
+        done = [progress_of(name, "done", words, now_ns), *self._axioms(now_ns)]
         return [*done, *self._learn_if_surprised(now_ns)]
 
     def close(self) -> None:
@@ -263,7 +267,7 @@ class AxiomLearnerStage:
         if 0 < every <= len(self._store.scenes(new_only=True)) and self._cycle is None:
             name, words = self.learn(now_ns)
             if name is not None:
-                return [self._progress(name, "running", words, now_ns)]
+                return [progress_of(name, "running", words, now_ns)]
         return []
 
     def _state(self, objects: Objects, relations: Relations) -> SceneState | None:
@@ -304,7 +308,8 @@ class AxiomLearnerStage:
             return []
         self._surprised = False
         name, words = self.learn(now_ns)
-        return [] if name is None else [self._progress(name, "running", words, now_ns)]
+        self._by_surprise = name is not None
+        return [] if name is None else [progress_of(name, "running", words, now_ns)]
 
     # --- Learning.
 
@@ -374,18 +379,6 @@ class AxiomLearnerStage:
     def _axioms(self, now_ns: int) -> list[Outgoing]:
         message = message_of(self._store, now_ns)
         return [message, Figure("axiom_learner/axioms", len(message.axioms))]
-
-    def _progress(
-        self, name: str, state: Literal["running", "done", "failed"], words: str, now_ns: int
-    ) -> JobProgress:
-        return JobProgress(
-            stamp=Stamp.of(now_ns),
-            job_id=name,
-            node="axiom_learner",
-            state=state,
-            progress=0.0 if state == "running" else 1.0,
-            text=words[:4096],
-        )
 
 
 _FLUENT = {task: fluent for fluent, task in FLUENTS.items()}

@@ -7,7 +7,7 @@ merely not seen.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from itertools import combinations
 
 from ros_scenesense.errors import LearningError
@@ -97,11 +97,12 @@ class Outcome:
             if lower != TABLE
             and not {("above", (upper, lower)), ("in", (upper, lower))} & self._after
         ]
-        relations = list(self._expected_relations())
-        count = len(self.objects)
-        if not fallen or len(relations) != count * (count - 1) // 2:
+        held = _held(self._expected)
+        standing = [each for name, each in self.objects.items() if name not in held]
+        relations = list(self._expected_relations([each.name for each in standing]))
+        if not fallen or len(relations) != len(standing) * (len(standing) - 1) // 2:
             return None
-        facts, problems = SceneFacts.checked(self.objects.values(), relations)
+        facts, problems = SceneFacts.checked(standing, relations)
         return None if problems else (facts, fallen)
 
     def _missed(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
@@ -121,7 +122,7 @@ class Outcome:
 
     def _is_known(self) -> bool:
         """Whether every object's attributes and every pair's relations are known before."""
-        held = {values[-1] for fluent, values in self._before if fluent == "in_hand"}
+        held = _held(self._before)
         lying = [name for name in self.objects if name not in held]
         pairs = list(combinations(lying, 2))
         return (
@@ -130,13 +131,13 @@ class Outcome:
             and len(list(_relations(self._before, pairs))) == len(pairs)
         )
 
-    def _expected_relations(self) -> Iterator[PairRelation]:
+    def _expected_relations(self, names: Sequence[str]) -> Iterator[PairRelation]:
         """Relations of the arrangement; what was put on an object is as far from others as that."""
-        pairs = list(combinations(self.objects, 2))
+        pairs = list(combinations(names, 2))
         distances = dict(_distances(self._expected))
         action = self._transition.action
         if action.kind == "putdown" and action.location in self.objects:
-            for name in self.objects:
+            for name in names:
                 support = distances.get(frozenset((action.location, name)))
                 apart = Distance.NOT_TOUCHING if support is Distance.TOUCHING else support
                 if apart is not None:
@@ -206,6 +207,10 @@ def _objects(holding: Holding) -> Iterator[tuple[str, SceneObject]]:
     placed = {v[0] for f, v in holding if f == "on"} | {v[1] for f, v in holding if f == "in_hand"}
     for name in sorted({*sizes, *surfaces, *placed}):
         yield name, SceneObject(name, size=sizes.get(name), surface=surfaces.get(name))
+
+
+def _held(holding: Holding) -> set[str]:
+    return {values[-1] for fluent, values in holding if fluent == "in_hand"}
 
 
 def _distances(holding: Holding) -> Iterator[tuple[frozenset[str], Distance]]:
