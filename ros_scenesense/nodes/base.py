@@ -22,8 +22,8 @@ from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.messages.topics import TOPICS, QosClass
-from ros_scenesense.nodes.lean_node import LeanNode
 from ros_scenesense.nodes.audience import audience
+from ros_scenesense.nodes.lean_node import LeanNode
 from ros_scenesense.nodes.mailbox import Mailbox
 from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
