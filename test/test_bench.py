@@ -14,6 +14,7 @@ from ros_scenesense.bench import (
     datasets,
     decisions,
     graph,
+    learning,
     perception,
     planning,
     reasoning,
@@ -130,6 +131,12 @@ def test_figures_have_names_of_their_own():
 def test_attention_and_its_network_are_timed():
     measured = attention.measure(QUICK)
     assert set(measured.figures) >= {figure.name for figure in attention.FIGURES}
+    assert min(measured.figures.values()) > 0.0
+
+
+def test_learning_axioms_is_timed():
+    measured = learning.measure(QUICK)
+    assert set(measured.figures) == {figure.name for figure in learning.FIGURES}
     assert min(measured.figures.values()) > 0.0
 
 

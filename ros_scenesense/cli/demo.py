@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 
 from ros_scenesense.cli.launch import add_overrides_argument, parse_overrides
-from ros_scenesense.demo.run import Demo, DemoOptions, show_result
+from ros_scenesense.demo.run import LEARNING_SCENES, Demo, DemoOptions, show_result
 from ros_scenesense.demo.told import STORIES, StoryOptions, tell
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
@@ -25,6 +25,7 @@ _EPILOG = """\
 plans, is surprised, learns, and does better. `clutter` has it tidy up a table. Both write the
 story into the report.
 
+`--learn` starts without six axioms, and shows how they are learned from labelled scenes.
 `-p reasoner.withheld=s1,s2,s3,o1,o2,o3` leaves out six axioms, so that most is left to the network;
 `-p attention.network=none` leaves it all to reasoning.
 """
@@ -67,6 +68,8 @@ def run(arguments: argparse.Namespace) -> int:
     console = _console()
     if arguments.story is not None:
         return tell(arguments.story, _chosen(StoryOptions, arguments), console)
+    if arguments.learn and arguments.scenes is None:
+        arguments.scenes = LEARNING_SCENES
     result = Demo(_chosen(DemoOptions, arguments), console).run()
     show_result(result, console)
     summary = result.summary

@@ -111,6 +111,19 @@ def add_domain_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_timeout_argument(
+    parser: argparse.ArgumentParser, seconds: float = 10.0, then: str = "to answer"
+) -> None:
+    """Declares how long to wait for a node: for all that ask one."""
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        default=seconds,
+        help=f"time for a node to be found, and then {then} (default: %(default)g)",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Runs the graph until SIGINT or SIGTERM."""
     # Imports ROS: not for `--help`.

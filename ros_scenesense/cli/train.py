@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build
 
@@ -33,9 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dataset", type=Path, metavar="DIR", help="learn from the scenes of a dataset instead"
     )
-    for declared in (_SCENES, _SEED, _ITERATIONS):
-        words = f"{declared.description} ({declared.allowed}; default {declared.default})"
-        parser.add_argument(f"--{declared.name}", default=declared.default, help=words)
+    add_declared(parser, (_SCENES, _SEED, _ITERATIONS))
     parser.add_argument(
         "--noise",
         default="kinect",
@@ -65,14 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out.suffix != ".pt":
         raise ParameterError(f"--out is '{arguments.out}', must be a file name that ends in .pt")
-    seed, iterations = (
-        int(_SEED.check(arguments.seed)),
-        int(_ITERATIONS.check(arguments.iterations)),
-    )
+    seed, iterations = value_of(arguments, _SEED), value_of(arguments, _ITERATIONS)
     values: dict[str, object] = {"seed": seed, "noise": arguments.noise}
     scenes = None
     if arguments.dataset is None:
-        scenes = values["scenes"] = int(_SCENES.check(arguments.scenes))
+        scenes = values["scenes"] = value_of(arguments, _SCENES)
     else:
         values["dataset"] = str(arguments.dataset)
     camera = build(SimulatedCameraConfiguration, values)

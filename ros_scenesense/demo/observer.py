@@ -18,6 +18,7 @@ from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
+from ros_scenesense.messages.learning import Axioms
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.messages.topics import TOPICS, QosClass
@@ -38,6 +39,7 @@ _MESSAGES: tuple[type[AnyMessage], ...] = (
     Rois,
     Estimates,
     Knowledge,
+    Axioms,
     Heartbeat,
 )
 _REFRESH_S = 0.1

@@ -18,8 +18,10 @@ from ros_scenesense.demo.report import write_report
 from ros_scenesense.demo.run_folder import make_folder, new_folder
 from ros_scenesense.demo.summary import Outcome, RunEnd, RunInfo, Summary, summarise, write_summary
 from ros_scenesense.demo.tables import (
+    axioms_table,
     final_words,
     latency_line,
+    learning_table,
     legend,
     scenes_table,
     totals_table,
@@ -36,6 +38,16 @@ _POLL_S = 0.1
 _GRACE_S = 2.0
 _SHOWN_SCENES = 40
 _NOT_GIVEN = -1
+
+LEARNING_SCENES = 320
+"""Scenes of a run that learns: enough for five cycles, and to see what the last one changed."""
+
+LEARNING = {
+    "reasoner": {"withheld": "s1,s2,s3,o1,o2,o3"},
+    "attention": {"network": "none"},
+    "simulated_camera": {"mode": "training"},
+}
+"""Parameters of a run that learns; what the user says is stronger."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +75,11 @@ class DemoOptions:
         minimum=1.0,
     )
     record: bool = parameter(False, "record the run into a bag in the run folder")
+    learn: bool = parameter(
+        False,
+        "start without the axioms that are to be learned, and show how they are; "
+        f"{LEARNING_SCENES} scenes if not given",
+    )
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     @property
@@ -78,8 +95,7 @@ class DemoOptions:
             value = getattr(self, name)
             if value != "":
                 words += [f"--{name}", str(value)]
-        if self.record:
-            words.append("--record")
+        words += [f"--{name}" for name in ("record", "learn") if getattr(self, name)]
         for node, values in self.overrides.items():
             for name, value in values.items():
                 words += ["-p", f"{node}.{name}={value}"]
@@ -198,7 +214,10 @@ class Demo:
             "arrangement": self._options.arrangement,
             "session": self._info.session,
         }
-        overrides = dict(self._options.overrides)
+        overrides: dict[str, Mapping[str, object]] = dict(self._options.overrides)
+        if self._options.learn:
+            for node, values in LEARNING.items():
+                overrides[node] = {**values, **overrides.get(node, {})}
         chosen = overrides.get("simulated_camera", {})
         for name in camera.keys() & chosen.keys():
             raise ParameterError(
@@ -234,6 +253,8 @@ def show_result(result: DemoResult, console: Console) -> None:
     summary = result.summary
     scenes = result.record.settled()
     parts = [totals_table(summary.finals), legend(), latency_line(result.record)]
+    if summary.learning is not None:
+        parts[:0] = [axioms_table(summary.learning), learning_table(summary.learning)]
     if console.is_terminal:  # else every scene has had its line
         parts.insert(0, scenes_table(scenes[-_SHOWN_SCENES:]))
     for part in parts:

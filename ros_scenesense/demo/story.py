@@ -18,7 +18,7 @@ from ros_scenesense.messages.scenes import Scene
 from ros_scenesense.stages.outcomes import OBSERVED
 from ros_scenesense.stages.protocol import Timing
 
-STORY_MESSAGES = (Plan, Transition, Axioms, JobProgress)
+STORY_MESSAGES = (Plan, Transition, JobProgress)
 """What a story needs besides what every report does."""
 
 

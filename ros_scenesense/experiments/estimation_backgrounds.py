@@ -40,7 +40,7 @@ from ros_scenesense.simulation.backgrounds import PLAIN, recomposite
 from ros_scenesense.simulation.engine import SimulatedScene, SimulationConfiguration
 from ros_scenesense.stages.camera_engine import PlayingEngine
 
-COUNTS = (10, 30, 100, 300, 1000)
+COUNTS = (10, 100, 1000)
 _QUICK_COUNTS = (2, 10)
 
 Accuracies = dict[tuple[str, int], dict[int, list[float]]]

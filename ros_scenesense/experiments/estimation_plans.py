@@ -30,7 +30,7 @@ class Plan:
     most_scenes: int = 6000
     most_tests: int = 1000
     repeats: int = 3
-    large: int = 2000
+    large: int = 1000
     shortened: bool = False
     knowledge: tuple[str, ...] = ("incomplete", "complete")
 
@@ -85,11 +85,11 @@ ESTIMATION = Plan(
         "same_channels": _FEW,
         "alexnet": _FEW,
         "alexnet_att": _FEW,
-        "query_pixels": (100, 1000),
-        "query_geometry": (100, 1000),
+        "query_pixels": (100,),
+        "query_geometry": (100,),
         "query_segmented": (100,),
     },
-    complete={"query": (100, 1000), "lenet_att": (100, 1000), "alexnet_att": (100, 1000)},
+    complete={"query": (100, 1000), "lenet_att": (100,), "alexnet_att": (100,)},
 )
 _STEPS = tuple(range(100, 1001, 100))
 SAMPLES = Plan(
@@ -103,12 +103,10 @@ SAMPLES = Plan(
     scenes=2000,
 )
 _BOTH = (100, 500, 5000)
-BACKGROUNDS = Plan(
-    sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=("incomplete",)
-)
+BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=())
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},
-    knowledge=("incomplete",),
+    knowledge=(),
     scenes=24,
     most_scenes=24,
     repeats=2,

@@ -7,6 +7,7 @@ publishes the axioms, which the reasoner takes like any knowledge.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -36,7 +37,7 @@ from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.learner_store import LearnerStore
 from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task
 from ros_scenesense.stages.outcome_desk import OutcomeDesk
-from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing
+from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.state_file import state_path
 
 _PART_OF: dict[type[Incoming], str] = {
@@ -242,6 +243,7 @@ class AxiomLearnerStage:
     ) -> list[Outgoing]:
         if verdicts.use != "train":
             return []
+        start = time.perf_counter()
         if beliefs.retracted or beliefs.conflict:
             self.health.count("scenes_contradictory")
             return []
@@ -263,12 +265,13 @@ class AxiomLearnerStage:
             self.health.count("scenes_kept_before")
             return []
         self.health.count("scenes_kept")
+        timing = Timing("axiom_learner/keep", (time.perf_counter() - start) * 1e3)
         every = self.configuration.cycle_scenes
         if 0 < every <= len(self._store.scenes(new_only=True)) and self._cycle is None:
             name, words = self.learn(now_ns)
             if name is not None:
-                return [progress_of(name, "running", words, now_ns)]
-        return []
+                return [timing, progress_of(name, "running", words, now_ns)]
+        return [timing]
 
     def _state(self, objects: Objects, relations: Relations) -> SceneState | None:
         facts, problems = SceneFacts.checked(
