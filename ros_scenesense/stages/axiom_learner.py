@@ -211,7 +211,7 @@ class AxiomLearnerStage:
         self._by_surprise = False
         taken = {axiom.id for axiom in self._domain.axioms}
         changes = changes_of_cycle(result, self._store, taken)
-        self._store.finish_cycle(changes, new)
+        self._store.finish_cycle(changes, new, now_ns)
         self.health.count("cycles")
         for axiom, words in changes.refuted.items():
             self.health.problem(
@@ -358,7 +358,7 @@ class AxiomLearnerStage:
         changed = False
         if known is None:
             outcome, reason, changes = answer_to(request, self._store)
-            self._store.finish_request(name, outcome, reason, changes)
+            self._store.finish_request(name, outcome, reason, changes, now_ns)
             changed = changes is not None
         else:
             outcome, reason = known
