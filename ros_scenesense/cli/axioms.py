@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 import uuid
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ros_scenesense.cli.launch import add_domain_arguments
+from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.stages.learner_store import (
     Event,
@@ -56,13 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action.add_argument("--offline", action="store_true", help="no graph runs")
         _add_state(action)
         add_domain_arguments(action)
-        action.add_argument(
-            "--timeout",
-            type=float,
-            metavar="SECONDS",
-            default=10.0,
-            help="time for the node to be found, and then to answer (default: %(default)g)",
-        )
+        add_timeout_argument(action)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -104,7 +99,7 @@ def _request(arguments: argparse.Namespace) -> tuple[Outcome, str]:
     if arguments.offline:
         from ros_scenesense.stages.axiom_keeper import apply_request
 
-        return apply_request(_file(arguments), request)
+        return apply_request(_file(arguments), request, time.time_ns())
     from ros_scenesense.cli.conversation import ask
 
     result = ask(arguments, request, AxiomResult, lambda answer: answer.id == request.id)

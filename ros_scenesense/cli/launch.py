@@ -15,10 +15,10 @@ from ros_scenesense.errors import ParameterError
 from ros_scenesense.nodes.registry import DEFAULT_NODES, NODES
 
 _EPILOG = """\
-A node that dies, or gives no sign of life, is started again: after 0.5 s, then 1, 2, 4 and 8 s.
-When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and the
-end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after 3 s
-more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
+A node that dies, or gives no sign of life, is started again: after 0.1 s, then 0.2, 0.4, 0.8 and
+1.6 s. When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and
+the end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after
+3 s more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
 """
 
 
@@ -108,6 +108,19 @@ def add_domain_arguments(parser: argparse.ArgumentParser) -> None:
         "--discovery",
         metavar="RANGE",
         help="LOCALHOST or SUBNET (default: ROS_AUTOMATIC_DISCOVERY_RANGE, else LOCALHOST)",
+    )
+
+
+def add_timeout_argument(
+    parser: argparse.ArgumentParser, seconds: float = 10.0, then: str = "to answer"
+) -> None:
+    """Declares how long to wait for a node: for all that ask one."""
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        default=seconds,
+        help=f"time for a node to be found, and then {then} (default: %(default)g)",
     )
 
 

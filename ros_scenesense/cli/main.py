@@ -17,6 +17,7 @@ COMMANDS = {
     "launch": "start the nodes and keep them running",
     "feedback": "tell the running graph how two objects are related",
     "groundings": "draw what prepositions mean to the robot, as it learned",
+    "state": "show, export, take over, empty and examine what the nodes remember",
     "params": "list the parameters of all nodes, or make a params file",
     "bag": "record a session of the graph, tell what a recording holds, repair and play it",
     "dataset": "make, verify, count and show datasets of simulated scenes",
@@ -33,6 +34,7 @@ COMMANDS = {
     "axioms": "list learned axioms and their history; pin, veto or accept one",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
     "soak": "try the running graph: long work, nodes killed, nonsense on every topic",
+    "timing": "tell how long the steps of the running graph take; as CSV too",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

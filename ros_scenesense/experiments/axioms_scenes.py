@@ -74,7 +74,7 @@ class ExactScenes:
         """
         scenes: Scenes = {fluent: [] for fluent in FLUENTS}
         for record in records:
-            facts = _facts_of(record)
+            facts = facts_of(record)
             atoms = self._states.of(facts)
             if atoms is None:
                 raise DatasetError(
@@ -82,7 +82,7 @@ class ExactScenes:
                 )
             state = SceneState(tuple(each.name for each in facts.objects), atoms)
             reduced = self._decided(facts, self._withheld)
-            labels = self._ruled(facts) if by_rules else _labels(record)
+            labels = self._ruled(facts) if by_rules else labels_of(record)
             for fluent in FLUENTS:
                 scenes[fluent].append(
                     [
@@ -217,7 +217,8 @@ def read_records(folder: Path, needed: int) -> list[SceneRecord]:
     return [reader.record(index) for index in range(needed)]
 
 
-def _facts_of(record: SceneRecord) -> SceneFacts:
+def facts_of(record: SceneRecord) -> SceneFacts:
+    """What is known of a scene of which everything is known."""
     return SceneFacts.checked(
         [SceneObject(each.name, size=each.size, surface=each.surface) for each in record.objects],
         [
@@ -227,7 +228,8 @@ def _facts_of(record: SceneRecord) -> SceneFacts:
     )[0]
 
 
-def _labels(record: SceneRecord) -> dict[str, list[bool | None]]:
+def labels_of(record: SceneRecord) -> dict[str, list[bool | None]]:
+    """By fluent the truth about every object; None where it is ambiguous."""
     known = {Truth.TRUE: True, Truth.FALSE: False}
     return {
         "stable": [known.get(each.stable) for each in record.object_labels],

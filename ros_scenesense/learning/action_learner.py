@@ -12,8 +12,6 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
-import numpy as np
-
 from ros_scenesense.errors import LearningError
 from ros_scenesense.knowledge.axioms import CausalLaw, ExecutabilityCondition, StateConstraint
 from ros_scenesense.knowledge.description import SystemDescription
@@ -27,10 +25,9 @@ from ros_scenesense.learning.action_columns import (
     table_of,
     variables_of_action,
 )
-from ros_scenesense.learning.bodies import UNNAMED, Candidate
-from ros_scenesense.learning.columns import Table, bits_of
-from ros_scenesense.learning.confidence import lower_bound
-from ros_scenesense.learning.covering_learner import CoveringLearner
+from ros_scenesense.learning.bodies import UNNAMED
+from ros_scenesense.learning.body_search import BodySearch
+from ros_scenesense.learning.columns import bits_of
 from ros_scenesense.learning.evaluation import satisfied
 from ros_scenesense.learning.examples import SceneState
 from ros_scenesense.learning.trials import Trial
@@ -61,7 +58,6 @@ class ActionLearner:
         observed: Fluents that outcomes are compared by; effects are looked for among them, and
             among what they are defined from.
         purity: Share of the trials that a law must be true of.
-        margin: By so much the lower confidence bound of the purity may be below it.
         trees: Size of the ensemble.
         random_state: Seed; same trials, same laws.
     """
@@ -73,7 +69,6 @@ class ActionLearner:
         observed: Collection[str],
         *,
         purity: float = 0.95,
-        margin: float = 0.10,
         trees: int = 100,
         random_state: int = 0,
     ) -> None:
@@ -81,7 +76,6 @@ class ActionLearner:
         self.action = action
         self.observed = observed
         self.purity = purity
-        self.margin = margin
         self.trees = trees
         self.random_state = random_state
 
@@ -95,6 +89,7 @@ class ActionLearner:
         if not own:
             raise LearningError(f"nobody has tried {self.action!r} yet")
         self.problems_: list[str] = []
+        self._search = BodySearch(purity=self.purity, trees=self.trees, seed=self.random_state)
         self._columns = action_columns(self.description, self.action)
         self._variables = variables_of_action(self.description, self.action)
         self._head = Atom(self.action, self._variables)
@@ -127,7 +122,7 @@ class ActionLearner:
                 )
                 continue
             hits = sum(seen)
-            if self._is_enough(hits, len(open_)):
+            if self._search.is_enough(hits, len(open_)):
                 found: Iterable[_Body] = [((), hits / len(open_), len(open_) / len(trials))]
             else:
                 found = self._bodies(open_, seen)
@@ -140,21 +135,11 @@ class ActionLearner:
         if all(labels) or not any(labels):
             return
         table = table_of(self._columns, self._variables, trials, labels)
-        induction = _Induction(
-            self.description,
-            "",
-            purity=self.purity,
-            margin=self.margin,
-            trees=self.trees,
-            random_state=self.random_state,
-        )
-        for each in induction.chosen(table, trials):
-            if each.label:
-                yield conditions_of(table, each.body, self._variables), each.purity, each.support
-
-    def _is_enough(self, hits: int, count: int) -> bool:
-        bound = lower_bound(hits, count, _Z)
-        return hits >= self.purity * count and bound >= self.purity - self.margin
+        scenes = list(dict.fromkeys(each.scene_id for each in trials))
+        bits = [bits_of(each.scene_id == scene for each in trials) for scene in scenes]
+        for body, hits, held in self._search.run(table, bits):
+            conditions = conditions_of(table, body, self._variables)
+            yield conditions, hits / held, held / len(trials)
 
     def _effects(self) -> Iterator[Literal]:
         """What the action might bring about: literals of its arguments."""
@@ -224,19 +209,3 @@ def came_about(law: Law, variables: Sequence[Variable], trial: Trial) -> bool:
         return trial.failed
     after = SceneState(trial.state.names, trial.after)
     return satisfied((Belief(law.effect),), after, binding_of(variables, trial))
-
-
-_Z = 1.0
-
-
-class _Induction(CoveringLearner):
-    """Bodies for labels of anything that a table describes."""
-
-    def chosen(self, table: Table, trials: Sequence[Trial]) -> list[Candidate]:
-        """The bodies, in the order of choice."""
-        scenes = list(dict.fromkeys(each.scene_id for each in trials))
-        self.table_ = table
-        self._scenes = [bits_of(each.scene_id == scene for each in trials) for scene in scenes]
-        self._generator = np.random.default_rng(self.random_state)
-        everything = table.everything
-        return self._chosen((everything,), self.purity - self.slack, everything, ())

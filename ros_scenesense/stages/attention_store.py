@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-VERSION = 1
+VERSION = 2
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -48,6 +48,8 @@ CREATE TABLE network (
     loss REAL
 );
 """
+_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;",)
+"""Examples of version 1 lack numbers that networks are shown now; its networks do not know them."""
 _OUTPUT = {Task.STABILITY: 0, Task.OCCLUSION: 1}
 _HELD_OUT_OF = 5  # one scene of five
 
@@ -81,7 +83,7 @@ class AttentionStore:
         self._side = side
         self._kept = kept_examples
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA, VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS)
 
     def close(self) -> None:
         """Closes the file."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from ros_scenesense.learning.scoring import TRUE_FROM
 from ros_scenesense.learning.strength import FORGOTTEN_BELOW, Strength
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.learning import AxiomRequest, Axioms, LearnedAxiom
+from ros_scenesense.messages.learning import AxiomRequest, Axioms, JobProgress, LearnedAxiom
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import (
     Changes,
@@ -110,7 +111,7 @@ def answer_to(request: AxiomRequest, store: LearnerStore) -> tuple[Outcome, str,
     return "done", words, Changes((new,), (event,))
 
 
-def apply_request(path: Path, request: AxiomRequest) -> tuple[Outcome, str]:
+def apply_request(path: Path, request: AxiomRequest, now_ns: int) -> tuple[Outcome, str]:
     """Does in a learner.db what a person asks, where no node runs that would do it.
 
     Raises:
@@ -120,7 +121,7 @@ def apply_request(path: Path, request: AxiomRequest) -> tuple[Outcome, str]:
     store = LearnerStore(path, Health(), _ALL_SCENES)
     try:
         outcome, reason, changes = answer_to(request, store)
-        store.finish_request(request.id, outcome, reason, changes)
+        store.finish_request(request.id, outcome, reason, changes, now_ns)
     finally:
         store.close()
     return outcome, reason
@@ -146,6 +147,20 @@ def message_of(store: LearnerStore, now_ns: int) -> Axioms:
             for each in store.axioms("active")
         ],
         refuted=list(store.refuted()),
+    )
+
+
+def progress_of(
+    name: str, state: Literal["running", "done", "failed"], words: str, now_ns: int
+) -> JobProgress:
+    """How far a cycle has come."""
+    return JobProgress(
+        stamp=Stamp.of(now_ns),
+        job_id=name,
+        node="axiom_learner",
+        state=state,
+        progress=0.0 if state == "running" else 1.0,
+        text=words[:4096],
     )
 
 

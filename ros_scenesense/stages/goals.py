@@ -327,6 +327,8 @@ class GoalKeeper:
             self._plan = []
         elif self._plan and (seen.domain, seen.withheld) != self._known:
             self._reason, self._plan = "what the robot knows has changed", []
+        elif not self._plan:
+            self._reason = "all of the plan was done, and the goal does not hold yet"
         if self._plan:
             return [*told, *self._next_action(seen)]
         return [*told, *self._make_plan(seen, now_ns)]

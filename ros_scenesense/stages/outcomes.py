@@ -7,7 +7,7 @@ merely not seen.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from itertools import combinations
 
 from ros_scenesense.errors import LearningError
@@ -51,6 +51,18 @@ class Outcome:
         self._after = _holding(transition.after)
         self.objects = dict(_objects(self._before))
 
+    @property
+    def is_unexpected(self) -> bool:
+        """Whether the action was refused, or something else was seen than was expected."""
+        if self._transition.outcome == "refused":
+            return True
+        return any(
+            all(name in self.objects or name == TABLE for name in self._things(each))
+            and all(map(self._is_seen, set(each[1]) & set(self.objects)))
+            for each in self._expected ^ self._after
+            if each[0] in OBSERVED
+        )
+
     def trial(self) -> Trial | None:
         """The attempt at the action; None if something is not known that bears on it.
 
@@ -68,17 +80,24 @@ class Outcome:
             names.append(action.location or TABLE)
         facts = _Facts(signature, numbers)
         sorts = signature.actions[action.kind].arguments
+        arguments = facts.values(sorts, names)
+
+        def bearing(holding: Iterable[tuple[str, tuple[str, ...]]]) -> frozenset[Fact]:
+            """Facts about the arguments of the action: no law speaks of anything else."""
+            found = facts.of(holding)
+            return frozenset(each for each in found if set(arguments) & set(each[1]))
+
         return Trial(
             id=transition.id,
             scene_id=transition.scene_before,
             action=action.kind,
-            arguments=facts.values(sorts, names),
-            state=SceneState(tuple(numbers), facts.of(self._before)),
+            arguments=arguments,
+            state=SceneState(tuple(numbers), bearing(self._before)),
             executed=executed,
             failed=not executed or bool(self._missed({action.object})),
-            expected=facts.of(self._expected),
+            expected=bearing(self._expected),
             # What was hidden before may be seen now.
-            after=facts.of(each for each in self._after if facts.can_say(each)),
+            after=bearing(each for each in self._after if facts.can_say(each)),
         )
 
     def unstable(self) -> tuple[SceneFacts, list[str]] | None:
@@ -89,19 +108,21 @@ class Outcome:
         """
         if self._transition.outcome != "executed":
             return None
+        held = _held(self._expected)
         missed = [values for fluent, values in self._missed(set(self.objects)) if fluent == "on"]
         fallen = [
             upper
             for upper, lower in missed
             # A touch that was overlooked is no fall: who stays above has stayed.
             if lower != TABLE
+            and not {upper, lower} & held
             and not {("above", (upper, lower)), ("in", (upper, lower))} & self._after
         ]
-        relations = list(self._expected_relations())
-        count = len(self.objects)
-        if not fallen or len(relations) != count * (count - 1) // 2:
+        standing = [each for name, each in self.objects.items() if name not in held]
+        relations = list(self._expected_relations([each.name for each in standing]))
+        if not fallen or len(relations) != len(standing) * (len(standing) - 1) // 2:
             return None
-        facts, problems = SceneFacts.checked(self.objects.values(), relations)
+        facts, problems = SceneFacts.checked(standing, relations)
         return None if problems else (facts, fallen)
 
     def _missed(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
@@ -115,13 +136,17 @@ class Outcome:
             and all(map(self._is_seen, set(each[1]) & set(self.objects)))
         )
 
+    def _things(self, each: tuple[str, tuple[str, ...]]) -> tuple[str, ...]:
+        """The arguments of what is observed, without whose hand it is."""
+        return each[1][-1:] if each[0] == "in_hand" else each[1]
+
     def _is_seen(self, name: str) -> bool:
         """Whether an object is seen, or in the hand, afterwards."""
         return any(fluent in OBSERVED and name in values for fluent, values in self._after)
 
     def _is_known(self) -> bool:
         """Whether every object's attributes and every pair's relations are known before."""
-        held = {values[-1] for fluent, values in self._before if fluent == "in_hand"}
+        held = _held(self._before)
         lying = [name for name in self.objects if name not in held]
         pairs = list(combinations(lying, 2))
         return (
@@ -130,13 +155,13 @@ class Outcome:
             and len(list(_relations(self._before, pairs))) == len(pairs)
         )
 
-    def _expected_relations(self) -> Iterator[PairRelation]:
+    def _expected_relations(self, names: Sequence[str]) -> Iterator[PairRelation]:
         """Relations of the arrangement; what was put on an object is as far from others as that."""
-        pairs = list(combinations(self.objects, 2))
+        pairs = list(combinations(names, 2))
         distances = dict(_distances(self._expected))
         action = self._transition.action
         if action.kind == "putdown" and action.location in self.objects:
-            for name in self.objects:
+            for name in names:
                 support = distances.get(frozenset((action.location, name)))
                 apart = Distance.NOT_TOUCHING if support is Distance.TOUCHING else support
                 if apart is not None:
@@ -206,6 +231,10 @@ def _objects(holding: Holding) -> Iterator[tuple[str, SceneObject]]:
     placed = {v[0] for f, v in holding if f == "on"} | {v[1] for f, v in holding if f == "in_hand"}
     for name in sorted({*sizes, *surfaces, *placed}):
         yield name, SceneObject(name, size=sizes.get(name), surface=surfaces.get(name))
+
+
+def _held(holding: Holding) -> set[str]:
+    return {values[-1] for fluent, values in holding if fluent == "in_hand"}
 
 
 def _distances(holding: Holding) -> Iterator[tuple[frozenset[str], Distance]]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from ros_scenesense.knowledge.literals import Atom, Comparison, Literal, terms_of, variables_of
 from ros_scenesense.knowledge.numbers import Interval, combined
 from ros_scenesense.knowledge.problems import Problems, listed, nearest
 from ros_scenesense.knowledge.sparc.declarations import Signature, is_unknown
-from ros_scenesense.knowledge.sparc.guards import demands
+from ros_scenesense.knowledge.sparc.guards import columns, demands
 from ros_scenesense.knowledge.sparc.sorts import Extent, value_of, value_text
 from ros_scenesense.knowledge.sparc.statements import (
     Atomic,
@@ -278,7 +276,7 @@ class Checker:
             return
         intervals: dict[Variable, Interval] = {}
         for guard in demands(rule, self._signature):
-            for variable, extent in _columns(guard.sort, guard.term):
+            for variable, extent in columns(guard):
                 interval = extent.interval
                 if interval is not None:
                     low, high = intervals.get(variable, interval)
@@ -317,17 +315,6 @@ def _is_ground(term: Term) -> bool:
     if isinstance(term, Record):
         return all(map(_is_ground, term.arguments))
     return isinstance(term, Number | Constant)
-
-
-def _columns(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:
-    """The variables of a term outside arithmetic, each with what it can be."""
-    if isinstance(term, Variable):
-        yield term, extent
-    elif isinstance(term, Record):
-        for index, argument in enumerate(term.arguments):
-            column = extent.column(term.functor, len(term.arguments), index)
-            if column is not None:
-                yield from _columns(column, argument)
 
 
 def check(text: Text, signature: Signature, problems: Problems) -> None:

@@ -64,6 +64,21 @@ def demands(rule: Rule, signature: Signature) -> Iterator[Guard]:
         yield Guard(signature.nat, variable)
 
 
+def columns(guard: Guard) -> Iterator[tuple[Variable, Extent]]:
+    """The variables of its term outside arithmetic, each with what it can be."""
+    yield from _columns(guard.sort, guard.term)
+
+
+def _columns(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:
+    if isinstance(term, Variable):
+        yield term, extent
+    elif isinstance(term, Record):
+        for index, argument in enumerate(term.arguments):
+            column = extent.column(term.functor, len(term.arguments), index)
+            if column is not None:
+                yield from _columns(column, argument)
+
+
 class Guarding:
     """Finds the guards of the rules of a program.
 
