@@ -196,7 +196,7 @@ def test_sets_are_joined_and_a_scene_held_out_stays_so(tmp_path):
         (tmp_path / name).mkdir()
         teach(tmp_path / name, scenes=10)
         store = AttentionStore(tmp_path / name / "attention.db", Health(), SIDE)
-        sets.append(store.training_set())
+        sets.append(store.training_set().unpacked())
         store.close()
     training, held_out = joined(sets).parts()
     assert len(training) + len(held_out) == 40

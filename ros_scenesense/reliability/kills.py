@@ -92,7 +92,10 @@ def _at_rest(trial: Trial, state: Path) -> bool:
     with closing(sqlite3.connect(state / "camera.db")) as camera:
         (waiting,) = camera.execute("SELECT count(*) FROM scene WHERE state = 'open'").fetchone()
     sent = max((int(number) for number in trial.companion.account.kept[MsrUpdate]), default=0)
-    return not waiting and (sent == 0 or look_into(state / "grounding.db").updates >= sent)
+    account = trial.companion.account
+    if waiting or account.waiting or account.unanswered:
+        return False
+    return sent == 0 or look_into(state / "grounding.db").updates >= sent
 
 
 def _outcome(killed: Counter[str], found: Accounting, lost: dict[str, str]) -> Outcome:
