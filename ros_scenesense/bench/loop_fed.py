@@ -22,7 +22,7 @@ from ros_scenesense.results import Table
 from ros_scenesense.simulation.configuration import SimulationConfiguration
 
 MANY = 20
-RATE_HZ = 8.0
+SLOW_HZ = 8.0
 _CROWDS = (5, 10, MANY, 40)
 _PICTURES = 8
 _IN_FLIGHT = 2
@@ -36,14 +36,15 @@ class Fed:
     Attributes:
         latencies_ms: Of scenes that come one at a time, by their number of objects.
         per_s_many: Scenes of `MANY` objects per second.
-        full_ms: Latencies of the graph at `RATE_HZ`.
-        forwarded_ms: Latencies of nodes that only forward, at the same rate.
+        full_ms: Latencies of the graph, by scenes per second: first at the rate that it reaches
+            with two scenes in flight, then at one that leaves it idle in between.
+        forwarded_ms: Latencies of nodes that only forward, at the same rates.
     """
 
     latencies_ms: dict[int, list[float]]
     per_s_many: float
-    full_ms: list[float]
-    forwarded_ms: list[float]
+    full_ms: dict[float, list[float]]
+    forwarded_ms: dict[float, list[float]]
 
     def figures(self) -> dict[str, float]:
         """By the names of `loop.FIGURES`."""
@@ -51,7 +52,7 @@ class Fed:
         medians = [float(np.median(self.latencies_ms[count])) for count in counts]
         growth, _ = np.polyfit(np.log(counts), np.log(medians), 1)
         return {
-            "transport_share": float(np.median(self.forwarded_ms) / np.median(self.full_ms)),
+            "transport_share": self._shares()[0],
             "loop_scenes_per_s_20": self.per_s_many,
             "loop_latency_ms_20": float(np.median(self.latencies_ms[MANY])),
             "loop_latency_growth": float(growth),
@@ -65,20 +66,33 @@ class Fed:
             for count, values in self.latencies_ms.items()
         ]
         columns = ["scenes", "median ms", "95 % ms"]
-        at_rate: dict[str, list[float]] = {
-            "all nodes": self.full_ms,
-            "forwarding": self.forwarded_ms,
-        }
+        transport: list[list[str | int | float | None]] = [
+            [rate, *_distribution(full)[1:], *_distribution(self.forwarded_ms[rate])[1:], share]
+            for (rate, full), share in zip(self.full_ms.items(), self._shares(), strict=True)
+        ]
         return {
             "Latency against objects, one scene at a time": Table(
                 columns=["objects", *columns, "fit, ms"], rows=rows
             ),
             "Fit: ms = a + b objects + c objects^2": Table(columns=["a", "b", "c"], rows=[[*fit]]),
-            f"Transport, {RATE_HZ:g} scenes per second": Table(
-                columns=["nodes", *columns],
-                rows=[[name, *_distribution(values)] for name, values in at_rate.items()],
+            "Transport": Table(
+                columns=[
+                    "scenes per s",
+                    "all nodes, median ms",
+                    "95 % ms",
+                    "forwarding, median ms",
+                    "95 % ms",
+                    "share",
+                ],
+                rows=transport,
             ),
         }
+
+    def _shares(self) -> list[float]:
+        return [
+            float(np.median(self.forwarded_ms[rate]) / np.median(full))
+            for rate, full in self.full_ms.items()
+        ]
 
 
 def measure_fed(folder: Path, seed: int, takes: Sequence[Take], scenes: int, rated: int) -> Fed:
@@ -89,7 +103,7 @@ def measure_fed(folder: Path, seed: int, takes: Sequence[Take], scenes: int, rat
         seed: Of the crowds.
         takes: Scenes of few objects, for transport.
         scenes: How many are shown for each number of objects.
-        rated: How many are shown at a rate.
+        rated: How many are shown for transport, at each rate.
 
     Raises:
         LaunchError: If the graph does not do its work.
@@ -102,19 +116,21 @@ def measure_fed(folder: Path, seed: int, takes: Sequence[Take], scenes: int, rat
         loop.wait_warm()
         loop.wait_for(player.has_audience, SCENES_S, "nobody takes the images")
         # The first scenes of a process are slower.
-        recording = recorded(loop, player, takes, rated, RATE_HZ)
-        full_ms = played_latencies_ms(loop, player, takes, rated, RATE_HZ)
+        recording = recorded(loop, player, takes, rated, SLOW_HZ)
+        own_ms, own_hz = _paced(loop, player, takes, rated, _IN_FLIGHT)
+        slow_ms = played_latencies_ms(loop, player, takes, rated, SLOW_HZ)
         for count, pictures in crowds.items():
             latencies_ms[count] = _paced(loop, player, pictures, scenes, in_flight=1)[0]
         _, per_s = _paced(loop, player, crowds[MANY], scenes, _IN_FLIGHT)
-    forwarded_ms = forwarded_latencies_ms(folder, recording, rated, RATE_HZ)
-    return Fed(latencies_ms, per_s, full_ms, forwarded_ms)
+    full_ms = {own_hz: own_ms, SLOW_HZ: slow_ms}
+    forwarded = forwarded_latencies_ms(folder, recording, rated, [*full_ms])
+    return Fed(latencies_ms, per_s, full_ms, dict(zip(full_ms, forwarded, strict=True)))
 
 
 def fitted(latencies_ms: dict[int, list[float]]) -> tuple[float, float, float]:
-    """Least squares of ms = a + b n + c n^2 over all scenes of all numbers n of objects."""
-    counts = np.concatenate([np.full(len(each), n) for n, each in latencies_ms.items()])
-    c, b, a = np.polyfit(counts, np.concatenate(list(latencies_ms.values())), 2)
+    """The law a + b n + c n^2 whose relative distance to the medians is least, n objects, ms."""
+    medians = np.array([np.median(each) for each in latencies_ms.values()])
+    c, b, a = np.polyfit(list(latencies_ms), medians, 2, w=1.0 / medians)
     return float(a), float(b), float(c)
 
 

@@ -19,6 +19,9 @@ from ros_scenesense.nodes.frames import FramePublisher
 from ros_scenesense.nodes.qos import profile_of
 from ros_scenesense.scene import Frame
 
+MOST_IN_FLIGHT = 2
+"""At a rate: image topics keep few messages, so a machine that stalls must not let them pile up."""
+
 
 @dataclass(frozen=True, eq=False)
 class Take:
@@ -42,8 +45,8 @@ class Player:
         self._takes: Sequence[Take] = ()
         self._next = 0
         self._left = 0
+        self._open: set[str] = set()
         self._timer: Any = None
-        self._paced = False
         self._frames = FramePublisher(node)
         self._publishers = {
             message: node.create_publisher(
@@ -63,31 +66,43 @@ class Player:
 
     def play(self, takes: Sequence[Take], scenes: int, in_flight: int) -> None:
         """Shows so many scenes; a new one whenever fewer than `in_flight` wait for estimates."""
-        self._takes, self._left, self._paced = takes, scenes, True
+        self._begin(takes, scenes)
         for _ in range(in_flight):
             self._show()
 
     def play_at(self, takes: Sequence[Take], scenes: int, rate_hz: float) -> None:
-        """Shows so many scenes, one after the other at a rate, whatever becomes of them."""
-        self._takes, self._left, self._paced = takes, scenes, False
+        """Shows so many scenes at a rate; those that would make too many in flight come later."""
+        self._begin(takes, scenes)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self._node.create_timer(1.0 / rate_hz, self._show, clock=steady)
+        self._timer = self._node.create_timer(1.0 / rate_hz, self._show_in_time, clock=steady)
+
+    def _begin(self, takes: Sequence[Take], scenes: int) -> None:
+        self._takes, self._left = takes, scenes
+        self._open.clear()
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
 
     def _settle(self, message: String) -> None:
         scene_id = decode(message.data, Estimates).scene_id
-        if self._paced and scene_id.startswith(f"{self._session}-"):
+        if scene_id not in self._open:
+            return
+        self._open.remove(scene_id)
+        if self._timer is None:
+            self._show()
+
+    def _show_in_time(self) -> None:
+        if len(self._open) < MOST_IN_FLIGHT:
             self._show()
 
     def _show(self) -> None:
         if self._left == 0:
-            if self._timer is not None:
-                self._node.destroy_timer(self._timer)
-                self._timer = None
             return
         take = self._takes[self._next % len(self._takes)]
         scene_id = f"{self._session}-{self._next:04d}"
         self._next += 1
         self._left -= 1
+        self._open.add(scene_id)
         stamp_ns = time.time_ns()
         stamp = Stamp.of(stamp_ns)
         scene = Scene(

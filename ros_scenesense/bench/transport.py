@@ -6,11 +6,13 @@ import os
 import pickle
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.timer import Timer
 
 from ros_scenesense.bench.forwarding import (
     PLAIN,
@@ -24,7 +26,7 @@ from ros_scenesense.bench.forwarding import (
     type_of,
 )
 from ros_scenesense.bench.loop_graph import LoopGraph
-from ros_scenesense.bench.player import Player, Take
+from ros_scenesense.bench.player import MOST_IN_FLIGHT, Player, Take
 from ros_scenesense.demo.domains import choose_domain
 from ros_scenesense.errors import LaunchError
 from ros_scenesense.nodes.lean_node import LeanNode
@@ -67,22 +69,23 @@ def played_latencies_ms(
 
 
 def forwarded_latencies_ms(
-    folder: Path, recording: Recording, scenes: int, rate_hz: float
-) -> list[float]:
-    """The same of nodes that only forward; the first half is not counted, as with real nodes.
+    folder: Path, recording: Recording, scenes: int, rates_hz: Sequence[float]
+) -> list[list[float]]:
+    """The same of nodes that only forward, for each of some rates, after as many scenes before.
 
     Args:
         folder: For files.
         recording: Of at least so many scenes.
         scenes: How many.
-        rate_hz: How many per second.
+        rates_hz: How many per second.
 
     Raises:
         LaunchError: If the nodes do not find each other, or not all scenes arrive.
     """
-    twice = {topic: 2 * messages[:scenes] for topic, messages in recording.items()}
+    repeats = 1 + len(rates_hz)
+    repeated = {topic: repeats * messages[:scenes] for topic, messages in recording.items()}
     file = folder / "recording.pickle"
-    file.write_bytes(pickle.dumps(twice))
+    file.write_bytes(pickle.dumps(repeated))
     domain = choose_domain(None)
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     context = Context()
@@ -93,7 +96,7 @@ def forwarded_latencies_ms(
     )
     executor.add_node(node)
     try:
-        source = _Source(node, twice)
+        source = _Source(node, repeated)
         gathering = Gathering(node)
         with forwarding_nodes(file, NAMESPACE, folder / "forwarding.log"):
             _spin_until(
@@ -101,15 +104,16 @@ def forwarded_latencies_ms(
                 lambda: gathering.complete and source.connected,
                 "the forwarding nodes do not find each other",
             )
-            source.start(2 * scenes, rate_hz)
-            _spin_until(
-                executor, lambda: len(source.latencies_ms) == 2 * scenes, "not all is forwarded"
-            )
+            for number, rate_hz in enumerate([rates_hz[0], *rates_hz], 1):
+                source.start(scenes, rate_hz)
+                end = number * scenes
+                _spin_until(executor, partial(source.has, end), "not all is forwarded")
     finally:
         executor.shutdown()
         node.destroy_node()
         context.try_shutdown()
-    return source.latencies_ms[scenes:]
+    values = source.latencies_ms
+    return [values[number * scenes : (number + 1) * scenes] for number in range(1, repeats)]
 
 
 class _Source:
@@ -125,6 +129,7 @@ class _Source:
         self._forwarder = Forwarder(node, SOURCE, recording)
         self._starts: list[float] = []
         self._left = 0
+        self._timer: Timer | None = None
         topic = "estimates"
         node.create_subscription(type_of(topic), topic, self._take, qos_of(topic))
 
@@ -134,13 +139,19 @@ class _Source:
         return self._forwarder.connected and self._node.count_publishers("estimates") > 0
 
     def start(self, scenes: int, rate_hz: float) -> None:
-        """Gives so many scenes at a rate."""
+        """Gives so many scenes at a rate, once those before have arrived."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
         self._left = scenes
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._node.create_timer(1.0 / rate_hz, self._give, clock=steady)
+        self._timer = self._node.create_timer(1.0 / rate_hz, self._give, clock=steady)
+
+    def has(self, scenes: int) -> bool:
+        """Whether the estimates of so many scenes came."""
+        return len(self.latencies_ms) >= scenes
 
     def _give(self) -> None:
-        if self._left > 0:
+        if self._left > 0 and len(self._starts) - len(self.latencies_ms) < MOST_IN_FLIGHT:
             self._left -= 1
             self._starts.append(time.perf_counter())
             self._forwarder.give()

@@ -81,6 +81,10 @@ def _check(story: Story, first: Attempt, second: Attempt) -> None:
         (learned, "no axiom was learned from the surprise"),
         (second.is_reached, "the goal was not reached the second time"),
         (not second.surprises, "the second plan met with a surprise, too"),
+        (
+            [plan.actions for plan in first.plans[:1]] != [plan.actions for plan in second.plans],
+            "the second plan was the first one",
+        ),
     ):
         if not fine:
             raise LaunchError(f"the story went otherwise than in the paper: {words}")

@@ -16,7 +16,7 @@ class Trial:
         scene_id: The scene in which it was asked for; trials of one scene belong together.
         action: Its name.
         arguments: Objects by their numbers in the state.
-        state: What held before.
+        state: What held before of its arguments.
         executed: False if the world refused it.
         failed: Whether it was refused, or did not bring about what it should.
         expected: What should have held after it.

@@ -7,6 +7,7 @@ publishes the axioms, which the reasoner takes like any knowledge.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -17,26 +18,26 @@ from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
-from ros_scenesense.learning.examples import Example, Reason, SceneState
+from ros_scenesense.learning.examples import Example, SceneState
 from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdict, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.parameters import parameter
 from ros_scenesense.reasoning.described_scenes import perceived_object, perceived_relation
 from ros_scenesense.reasoning.facts import SceneFacts
 from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
-from ros_scenesense.scene import DecisionStatus, Truth
 from ros_scenesense.stages.axiom_keeper import answer_to, changes_of_cycle, message_of, progress_of
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.labelled_literals import labelled_literals
 from ros_scenesense.stages.learner_store import LearnerStore
 from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task
 from ros_scenesense.stages.outcome_desk import OutcomeDesk
-from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing
+from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.state_file import state_path
 
 _PART_OF: dict[type[Incoming], str] = {
@@ -48,10 +49,6 @@ _PART_OF: dict[type[Incoming], str] = {
 _WAITING_SCENES = 256
 _FEWEST_FEEDBACKS = 20
 _LARGEST_SLACK = 0.05
-_REASONS: dict[DecisionStatus, Reason] = {
-    DecisionStatus.INCONSISTENT: "inconsistent",
-    DecisionStatus.TIMED_OUT: "timed_out",
-}
 
 
 @dataclass(frozen=True)
@@ -214,7 +211,7 @@ class AxiomLearnerStage:
         self._by_surprise = False
         taken = {axiom.id for axiom in self._domain.axioms}
         changes = changes_of_cycle(result, self._store, taken)
-        self._store.finish_cycle(changes, new)
+        self._store.finish_cycle(changes, new, now_ns)
         self.health.count("cycles")
         for axiom, words in changes.refuted.items():
             self.health.problem(
@@ -242,6 +239,7 @@ class AxiomLearnerStage:
     ) -> list[Outgoing]:
         if verdicts.use != "train":
             return []
+        start = time.perf_counter()
         if beliefs.retracted or beliefs.conflict:
             self.health.count("scenes_contradictory")
             return []
@@ -249,26 +247,20 @@ class AxiomLearnerStage:
         if state is None:
             self.health.count("scenes_not_known_completely")
             return []
-        number = {name: index for index, name in enumerate(state.names)}
-        literals = [
-            (_FLUENT[each.task], number[each.subject[0]], each.label is Truth.TRUE, _reason(each))
-            for each in verdicts.verdicts
-            if each.kind == "object"
-            and each.label in (Truth.TRUE, Truth.FALSE)
-            and each.subject[0] in number
-        ]
+        literals = labelled_literals(verdicts, state.names)
         if not self._store.add_scene(
             verdicts.scene_id, state, literals, self._used(beliefs, verdicts)
         ):
             self.health.count("scenes_kept_before")
             return []
         self.health.count("scenes_kept")
+        timing = Timing("axiom_learner/keep", (time.perf_counter() - start) * 1e3)
         every = self.configuration.cycle_scenes
         if 0 < every <= len(self._store.scenes(new_only=True)) and self._cycle is None:
             name, words = self.learn(now_ns)
             if name is not None:
-                return [progress_of(name, "running", words, now_ns)]
-        return []
+                return [timing, progress_of(name, "running", words, now_ns)]
+        return [timing]
 
     def _state(self, objects: Objects, relations: Relations) -> SceneState | None:
         facts, problems = SceneFacts.checked(
@@ -366,7 +358,7 @@ class AxiomLearnerStage:
         changed = False
         if known is None:
             outcome, reason, changes = answer_to(request, self._store)
-            self._store.finish_request(name, outcome, reason, changes)
+            self._store.finish_request(name, outcome, reason, changes, now_ns)
             changed = changes is not None
         else:
             outcome, reason = known
@@ -379,14 +371,3 @@ class AxiomLearnerStage:
     def _axioms(self, now_ns: int) -> list[Outgoing]:
         message = message_of(self._store, now_ns)
         return [message, Figure("axiom_learner/axioms", len(message.axioms))]
-
-
-_FLUENT = {task: fluent for fluent, task in FLUENTS.items()}
-
-
-def _reason(verdict: Verdict) -> Reason:
-    if verdict.verdict == "right":
-        return "right"
-    if verdict.verdict == "wrong":
-        return "wrong"
-    return _REASONS.get(verdict.status, "undecided")

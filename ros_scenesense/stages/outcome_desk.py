@@ -59,4 +59,4 @@ class OutcomeDesk:
         self._store.trials.add(key, trial)
         known = "outcomes_not_known_completely" if trial is None else "outcomes_kept"
         self._health.count(known)
-        return unstable is not None or (trial is not None and trial.failed)
+        return outcome.is_unexpected

@@ -51,6 +51,18 @@ class Outcome:
         self._after = _holding(transition.after)
         self.objects = dict(_objects(self._before))
 
+    @property
+    def is_unexpected(self) -> bool:
+        """Whether the action was refused, or something else was seen than was expected."""
+        if self._transition.outcome == "refused":
+            return True
+        return any(
+            all(name in self.objects or name == TABLE for name in self._things(each))
+            and all(map(self._is_seen, set(each[1]) & set(self.objects)))
+            for each in self._expected ^ self._after
+            if each[0] in OBSERVED
+        )
+
     def trial(self) -> Trial | None:
         """The attempt at the action; None if something is not known that bears on it.
 
@@ -68,17 +80,24 @@ class Outcome:
             names.append(action.location or TABLE)
         facts = _Facts(signature, numbers)
         sorts = signature.actions[action.kind].arguments
+        arguments = facts.values(sorts, names)
+
+        def bearing(holding: Iterable[tuple[str, tuple[str, ...]]]) -> frozenset[Fact]:
+            """Facts about the arguments of the action: no law speaks of anything else."""
+            found = facts.of(holding)
+            return frozenset(each for each in found if set(arguments) & set(each[1]))
+
         return Trial(
             id=transition.id,
             scene_id=transition.scene_before,
             action=action.kind,
-            arguments=facts.values(sorts, names),
-            state=SceneState(tuple(numbers), facts.of(self._before)),
+            arguments=arguments,
+            state=SceneState(tuple(numbers), bearing(self._before)),
             executed=executed,
             failed=not executed or bool(self._missed({action.object})),
-            expected=facts.of(self._expected),
+            expected=bearing(self._expected),
             # What was hidden before may be seen now.
-            after=facts.of(each for each in self._after if facts.can_say(each)),
+            after=bearing(each for each in self._after if facts.can_say(each)),
         )
 
     def unstable(self) -> tuple[SceneFacts, list[str]] | None:
@@ -89,15 +108,16 @@ class Outcome:
         """
         if self._transition.outcome != "executed":
             return None
+        held = _held(self._expected)
         missed = [values for fluent, values in self._missed(set(self.objects)) if fluent == "on"]
         fallen = [
             upper
             for upper, lower in missed
             # A touch that was overlooked is no fall: who stays above has stayed.
             if lower != TABLE
+            and not {upper, lower} & held
             and not {("above", (upper, lower)), ("in", (upper, lower))} & self._after
         ]
-        held = _held(self._expected)
         standing = [each for name, each in self.objects.items() if name not in held]
         relations = list(self._expected_relations([each.name for each in standing]))
         if not fallen or len(relations) != len(standing) * (len(standing) - 1) // 2:
@@ -115,6 +135,10 @@ class Outcome:
             and (each not in self._before or each[0] == "on")
             and all(map(self._is_seen, set(each[1]) & set(self.objects)))
         )
+
+    def _things(self, each: tuple[str, tuple[str, ...]]) -> tuple[str, ...]:
+        """The arguments of what is observed, without whose hand it is."""
+        return each[1][-1:] if each[0] == "in_hand" else each[1]
 
     def _is_seen(self, name: str) -> bool:
         """Whether an object is seen, or in the hand, afterwards."""
