@@ -21,7 +21,7 @@ from ros_scenesense.experiments.axioms_scenes import (
     read_records,
     withheld_ids,
 )
-from ros_scenesense.experiments.forgetting_report import Life, Lives, report_on
+from ros_scenesense.experiments.forgetting_report import ENDS, Life, Lives, report_on
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.knowledge.action_language import parse
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
@@ -73,6 +73,7 @@ class Way:
         default_purity: Threshold of defaults; None = none are learned.
         given: Whether two bad axioms are given in the beginning.
         changes: Whether the world changes in the middle: nothing falls off irregular surfaces.
+        any_use: Whether any use reinforces (the paper), or only if it is right often enough.
     """
 
     name: str
@@ -81,13 +82,16 @@ class Way:
     default_purity: float | None = 0.70
     given: bool = False
     changes: bool = False
+    any_use: bool = False
 
 
 WAYS = (
     Way("normal", default_purity=None),
     Way("both"),
-    Way("paper_normal", "paper", pooled=False, default_purity=None),
-    Way("paper_both", "paper", pooled=False),
+    Way("normal_any_use", default_purity=None, any_use=True),
+    Way("any_use", any_use=True),
+    Way("paper_normal", "paper", pooled=False, default_purity=None, any_use=True),
+    Way("paper_both", "paper", pooled=False, any_use=True),
     Way("bad_given", given=True),
     Way("changing", changes=True),
 )
@@ -133,24 +137,39 @@ def _live(
         changed = way.changes and cycle >= plan.cycles // 2
         own = range(first + cycle * size, first + (cycle + 1) * size)
         for index in own:
-            _show(store, scenes, index, reduced, changed)
+            _show(store, scenes, index, reduced, way, changed)
         inducing, judging = list(own)[: plan.scenes], list(own)[plan.scenes :]
         numbers = store.scenes()
         place = {index: numbers[index - first] for index in own}
         pool += [place[index] for index in inducing]
         used = pool[-plan.pool :] if way.pooled else [place[index] for index in inducing]
-        order = _order(store, reduced, way, used, [place[i] for i in judging], seed + cycle)
+        numbered = _Numbers(used, [place[i] for i in judging], list(place.values()))
+        order = _order(store, reduced, way, numbered, seed + cycle)
         report = LearningEngine().learn(order)
         taken = {axiom.id for axiom in reduced.axioms}
-        store.finish_cycle(changes_of_cycle(report, store, taken), numbers)
+        store.finish_cycle(changes_of_cycle(report, store, taken), numbered.new)
         strengths.append({each.id: each.strength.value for each in store.axioms("active")})
     lives = _judged(description, scenes, way, plan, store, strengths)
     store.close()
     return replace(lives, number=number)
 
 
+@dataclass(frozen=True)
+class _Numbers:
+    """Numbers of the scenes of a cycle in the store: to learn from, to judge by, all new ones."""
+
+    inducing: list[int]
+    judging: list[int]
+    new: list[int]
+
+
 def _show(
-    store: LearnerStore, scenes: Scenes, index: int, given: SystemDescription, changed: bool
+    store: LearnerStore,
+    scenes: Scenes,
+    index: int,
+    given: SystemDescription,
+    way: Way,
+    changed: bool,
 ) -> None:
     """Puts a scene into the store, with what the axioms in force decide of it."""
     literals, used = [], []
@@ -164,7 +183,7 @@ def _show(
             about = [a for a in in_force if a.head.atom.name == fluent]
             firing = [a for a in about if holds(a, each.state, each.target)]
             surely = [a for a in firing if a.kind == "normal"]
-            used += [(a.id, a.head.positive == label) for a in surely or firing]
+            used += [(a.id, way.any_use or a.head.positive == label) for a in surely or firing]
     if state is not None:
         store.add_scene(f"scene-{index}", state, literals, used)
 
@@ -193,11 +212,11 @@ def _order(
     store: LearnerStore,
     given: SystemDescription,
     way: Way,
-    inducing: Sequence[int],
-    judging: Sequence[int],
+    numbers: _Numbers,
     seed: int,
 ) -> LearningOrder:
-    description = given.without(set(store.refuted()))
+    refuted = set(store.refuted())
+    description = given.without(refuted)
     tasks = [
         Task(
             fluent,
@@ -205,8 +224,9 @@ def _order(
             frozenset(
                 relevance(given.without({"given_wrong", "given_overspecified"}), task).relations
             ),
-            store.examples(fluent, inducing),
-            store.examples(fluent, judging),
+            store.examples(fluent, numbers.inducing),
+            store.examples(fluent, numbers.judging),
+            frozenset(each.scene_id for each in store.examples(fluent, numbers.new)),
         )
         for fluent, task in FLUENTS.items()
     ]
@@ -216,6 +236,11 @@ def _order(
         pinned=frozenset(),
         vetoed=(),
         tasks=tasks,
+        suspended=[
+            axiom
+            for axiom in given.axioms
+            if isinstance(axiom, StateConstraint | Default) and axiom.id in refuted
+        ],
         algorithm=way.algorithm,
         default_purity=way.default_purity,
         seed=seed,
@@ -252,7 +277,7 @@ def _judged(
                         (
                             f"{event.what} in cycle {event.cycle}"
                             for event in store.history(stored.id)
-                            if event.what in ("forgotten", "dropped in merging")
+                            if event.what in ENDS
                         ),
                         None,
                     ),

@@ -14,8 +14,8 @@ from ros_scenesense.learning.columns import Table
 from ros_scenesense.learning.confidence import belief, difference
 from ros_scenesense.learning.trees import Test, branches, grow
 
-_CERTAIN = 0.9
-"""A body that is a law with this probability may rest on few examples of its own, ..."""
+_LIKELY = 0.7
+"""With this probability a body that looks like a law is taken for one."""
 
 _FEWEST_IN_A_HALF = 2
 """Examples that a tree must see a body hold of, in either half."""
@@ -142,22 +142,22 @@ class Candidates:
         return self._paying[key]
 
     def laws(self, purity: float) -> list[Option]:
-        """Single tests that a label follows from almost surely, the surest first."""
+        """Single tests that a label most likely follows from by law, the surest first."""
         found = []
         for body in self._single():
             for label in (True, False):
                 option = Option.of(self.table, label, body)
                 hits, count = tally(self.table, label, option.held)
                 sure = belief(hits, count, purity)
-                if sure >= _CERTAIN:
+                if sure >= _LIKELY:
                     found.append((sure, count, option))
         found.sort(key=lambda each: each[:2], reverse=True)
         return [option for _, _, option in found]
 
     def is_law(self, option: Option, purity: float) -> bool:
-        """Whether an option is true almost surely, by all examples, and each of its tests pays."""
+        """Whether an option most likely is a law, by all examples, and each of its tests pays."""
         hits, count = tally(self.table, option.label, option.held)
-        return belief(hits, count, purity) >= _CERTAIN and self.pays(option, self.table.everything)
+        return belief(hits, count, purity) >= _LIKELY and self.pays(option, self.table.everything)
 
     def votes(self, option: Option) -> float:
         """The share of the trees in both halves of which an option is supported and pure."""

@@ -60,10 +60,11 @@ class CoveringLearner:
         default_purity: The same for a default, of what normal axioms leave open; None = none.
         slack: By so much labels or relations are known to err: taken off the purities of normal
             axioms. An estimate, such as how often people disagree with the grounding.
-        sure: Probability, after the examples, that an axiom is as true as it must be.
+        sure: Probability, after the examples, that a normal axiom is as true as it must be.
+        default_sure: The same of a default.
         support: Share of the open examples that an axiom must speak of.
         fewest: Number of the open examples that it must speak of.
-        fewest_of_law: The same of one that is true almost surely by all examples.
+        fewest_of_law: The same of one that, by all examples, most likely is a law.
         tree_support: Share of the trees that must suggest a body of several tests.
         literals: Tests of a body at most, exceptions aside.
         z: Standard deviations of the lower confidence bounds by which axioms are ranked.
@@ -83,6 +84,7 @@ class CoveringLearner:
         default_purity: float | None = 0.70,
         slack: float = 0.0,
         sure: float = 0.30,
+        default_sure: float = 0.25,
         support: float = 0.05,
         fewest: int = 4,
         fewest_of_law: int = 2,
@@ -101,6 +103,7 @@ class CoveringLearner:
         self.default_purity = default_purity
         self.slack = slack
         self.sure = sure
+        self.default_sure = default_sure
         self.support = support
         self.fewest = fewest
         self.fewest_of_law = fewest_of_law
@@ -198,7 +201,8 @@ class CoveringLearner:
         """The rank of an option; None if it may not be chosen."""
         purity = self._purity(kind)
         hits, count = self._tally(option, open_)
-        if not count or self._belief(option, self.table_.everything, purity) < self.sure:
+        sure = self.sure if kind == "normal" else self.default_sure
+        if not count or self._belief(option, self.table_.everything, purity) < sure:
             return None
         is_law = candidates.is_law(option, self._purity("normal"))
         if kind == "normal":
@@ -207,7 +211,7 @@ class CoveringLearner:
             enough = hits >= purity * count and whole >= purity * whole_count
         else:
             parts = (candidates.domain, open_)
-            enough = all(self._belief(option, each, purity) >= self.sure for each in parts)
+            enough = all(self._belief(option, each, purity) >= sure for each in parts)
         least = max(self.fewest, self.support * open_.bit_count())
         if not enough or count < (self.fewest_of_law if is_law else least):
             return None

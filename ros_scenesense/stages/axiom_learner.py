@@ -7,6 +7,7 @@ publishes the axioms, which the reasoner takes like any knowledge.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -177,7 +178,7 @@ class AxiomLearnerStage:
         inducing = [number for number in pool if number not in judging]
         name = f"cycle-{self._store.cycle + 1}-{now_ns}"
         self._cycle = (name, sorted(new))
-        arguments = (self._order(inducing, judging),)
+        arguments = (self._order(inducing, judging, sorted(new)),)
         self._jobs.append(Job(name, "learn", arguments, self.configuration.deadline_s))
         return name, f"{name} learns from {len(inducing)} scenes, {len(judging)} judge"
 
@@ -206,9 +207,19 @@ class AxiomLearnerStage:
             self.health.problem(
                 "given_refuted", f"given axiom {axiom!r} is put out of force: {words}"
             )
-        learned = sum(event.what == "learned" for event in changes.events)
-        lost = sum(event.what in ("forgotten", "dropped in merging") for event in changes.events)
-        words = "; ".join([f"{learned} axioms learned, {lost} discarded", *result.problems])
+        what = Counter(event.what for event in changes.events)
+        discarded = what["forgotten"] + what["dropped in merging"]
+        said = [f"{what['learned']} axioms learned, {discarded} forgotten or merged"]
+        said += [
+            f"{each.axiom} {each.what}: {each.words}"
+            for each in changes.events
+            if each.what in ("refuted", "restored")
+        ]
+        said += [
+            f"the world has changed: what {fluent!r} follows from is learned anew"
+            for fluent in changes.changed
+        ]
+        words = "; ".join([*said, *result.problems])
         return [self._progress(name, "done", words, now_ns), *self._axioms(now_ns)]
 
     def close(self) -> None:
@@ -290,7 +301,7 @@ class AxiomLearnerStage:
 
     # --- Learning.
 
-    def _order(self, inducing: list[int], judging: list[int]) -> LearningOrder:
+    def _order(self, inducing: list[int], judging: list[int], new: list[int]) -> LearningOrder:
         configuration = self.configuration
         description = self._domain.without(self._out_of_force())
         tasks = []
@@ -299,7 +310,9 @@ class AxiomLearnerStage:
             if configuration.relevant_only:
                 relevant = frozenset(relevance(description, task).relations)
             examples: list[Example] = self._store.examples(fluent, inducing)
-            tasks.append(Task(fluent, relevant, examples, self._store.examples(fluent, judging)))
+            judged = self._store.examples(fluent, judging)
+            recent = frozenset(each.scene_id for each in self._store.examples(fluent, new))
+            tasks.append(Task(fluent, relevant, examples, judged, recent))
         active = self._store.axioms("active")
         return LearningOrder(
             description=description,
@@ -307,6 +320,12 @@ class AxiomLearnerStage:
             pinned=frozenset(each.id for each in active if each.pinned),
             vetoed=[each.text for each in self._store.axioms("vetoed")],
             tasks=tasks,
+            suspended=[
+                axiom
+                for axiom in self._domain.axioms
+                if isinstance(axiom, StateConstraint | Default)
+                and axiom.id in self._store.refuted()
+            ],
             algorithm="paper" if configuration.algorithm == "paper" else "covering",
             purity=configuration.purity,
             default_purity=(

@@ -115,12 +115,21 @@ class Event:
 
 @dataclass(frozen=True)
 class Changes:
-    """What a cycle or a request changes: axioms as they are now, events, refuted given axioms."""
+    """What a cycle or a request changes.
+
+    Attributes:
+        axioms: Axioms as they are now.
+        events: What became of them.
+        refuted: Given axioms that are out of force from now on, each with why.
+        restored: Given axioms that are in force again.
+        changed: Fluents of which labels from before the scenes of the cycle tell nothing any more.
+    """
 
     axioms: Sequence[StoredAxiom] = ()
     events: Sequence[Event] = ()
     refuted: dict[str, str] = field(default_factory=dict)
     restored: Sequence[str] = ()
+    changed: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -252,6 +261,10 @@ class LearnerStore:
         with self._connection:
             self._apply(changes)
             self._connection.execute("UPDATE axiom SET right = 0, wrong = 0")
+            self._connection.executemany(
+                "DELETE FROM literal WHERE fluent = ? AND scene < ?",
+                ((fluent, min(learned)) for fluent in changes.changed if learned),
+            )
             self._connection.executemany(
                 "UPDATE scene SET learned = 1 WHERE number = ?", ((each,) for each in learned)
             )
