@@ -2,7 +2,8 @@
 
 Paper, experiment five. Ten cycles, each with 50 new labelled scenes to learn from and 10 to choose
 between versions; what is not learned again and not used fades. Added to the paper: given axioms
-that are wrong or say too much, and a world that changes after the fifth cycle.
+that are wrong or say too much, a world that changes after the fifth cycle, and one that changes
+back again.
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ class Way:
         default_purity: Threshold of defaults; None = none are learned.
         given: Whether two bad axioms are given in the beginning.
         changes: Whether the world changes in the middle: nothing falls off irregular surfaces.
+        returns: Whether it changes for a third of the cycles only, and s2 is given.
         any_use: Whether any use reinforces (the paper), or only if it is right often enough.
     """
 
@@ -82,18 +84,25 @@ class Way:
     default_purity: float | None = 0.70
     given: bool = False
     changes: bool = False
+    returns: bool = False
     any_use: bool = False
+
+    def has_changed(self, cycle: int, cycles: int) -> bool:
+        """Whether a cycle, counted from 0, is in another world than the first one."""
+        if self.returns:
+            return cycles // 3 <= cycle < 2 * cycles // 3
+        return self.changes and cycle >= cycles // 2
 
 
 WAYS = (
     Way("normal", default_purity=None),
     Way("both"),
-    Way("normal_any_use", default_purity=None, any_use=True),
     Way("any_use", any_use=True),
     Way("paper_normal", "paper", pooled=False, default_purity=None, any_use=True),
     Way("paper_both", "paper", pooled=False, any_use=True),
     Way("bad_given", given=True),
     Way("changing", changes=True),
+    Way("returning", returns=True),
 )
 
 
@@ -126,6 +135,8 @@ def _live(
 ) -> Lives:
     """One run through all cycles."""
     reduced = description.without(withheld_ids(description))
+    if way.returns:
+        reduced = description.without(withheld_ids(description) - {"s2"})
     if way.given:
         reduced = parse(_GIVEN, "given", reduced).description
     store = LearnerStore(IN_MEMORY, Health(), plan.needed)
@@ -134,7 +145,7 @@ def _live(
     first = number * plan.cycles * size
     pool: list[int] = []
     for cycle in range(plan.cycles):
-        changed = way.changes and cycle >= plan.cycles // 2
+        changed = way.has_changed(cycle, plan.cycles)
         own = range(first + cycle * size, first + (cycle + 1) * size)
         for index in own:
             _show(store, scenes, index, reduced, way, changed)
@@ -260,7 +271,7 @@ def _judged(
     lives = []
     for fluent, several in scenes.items():
         examples = [each for scene in several[-plan.judging :] for each in scene]
-        if way.changes and fluent == "stable":
+        if way.has_changed(plan.cycles - 1, plan.cycles) and fluent == "stable":
             examples = [replace(e, label=e.label or _on_irregular(e)) for e in examples]
         judge = Judge(description, fluent, examples)
         for stored in store.axioms():
@@ -275,7 +286,8 @@ def _judged(
                     born=stored.born,
                     ended=next(
                         (
-                            f"{event.what} in cycle {event.cycle}"
+                            f"{event.what} in cycle {event.cycle}: "
+                            + event.words.removeprefix("dropped: ")
                             for event in store.history(stored.id)
                             if event.what in ENDS
                         ),
@@ -287,4 +299,5 @@ def _judged(
                     equals=judged.equals,
                 )
             )
-    return Lives(way.name, 0, tuple(lives), store.refuted())
+    restored = [event.axiom for event in store.history() if event.what == "restored"]
+    return Lives(way.name, 0, tuple(lives), store.refuted(), tuple(restored))

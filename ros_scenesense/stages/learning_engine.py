@@ -277,12 +277,19 @@ class _Cycle:
         for axiom in self._order.suspended:
             if axiom.head.atom.name != self._task.fluent or not can_be_evaluated(axiom):
                 continue
-            known = [*self._given, *self._known]
             words = self._evidence().in_favour(axiom, self._strict())
+            same = [e for e in self._known if same_statement(axiom, e, self._signature)]
+            others = (each for each in (*self._given, *self._known) if each not in same)
             # What says less than an axiom in force was put out of force because of that.
-            if words and not any(is_special_case(axiom, each, self._signature) for each in known):
-                self._report.restored[axiom.id] = words
-                self._given.append(axiom)
+            if words is None or any(is_special_case(axiom, e, self._signature) for e in others):
+                continue
+            self._report.restored[axiom.id] = words
+            self._given.append(axiom)
+            for each in same:
+                self._known.remove(each)
+                self._report.lost.append(
+                    Loss(each.id, False, f"dropped: {axiom.id}, which was given, says the same")
+                )
 
     def _evidence(self) -> Evidence:
         items = [*self._examples, *self._task.judging]
