@@ -15,6 +15,7 @@ NODES = (
     "reasoner",
     "attention",
     "axiom_learner",
+    "recorder",
 )
 # Top-level folders that are needed at run time; ros_scenesense/resources.py finds them.
 DATA = ("asp", "config", "msg_defs")

@@ -6,6 +6,7 @@ dies. Nodes, namespace and Fast DDS profile are the launcher's own.
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.conditions import IfCondition
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -34,6 +35,9 @@ def generate_launch_description() -> LaunchDescription:
             default_value=EnvironmentVariable("ROS_DOMAIN_ID", default_value="0"),
             description="ROS domain id",
         ),
+        DeclareLaunchArgument(
+            "record", default_value="false", description="whether to record the session into a bag"
+        ),
     ]
     environment = [
         SetEnvironmentVariable(PROFILE_VARIABLE, profile),
@@ -49,7 +53,8 @@ def generate_launch_description() -> LaunchDescription:
             output="screen",
             respawn=True,
             respawn_delay=1.0,
+            condition=IfCondition(LaunchConfiguration("record")) if entry.asked_for else None,
         )
-        for name in NODES
+        for name, entry in NODES.items()
     ]
     return LaunchDescription([*arguments, *environment, *nodes])

@@ -58,3 +58,7 @@ class NetworkError(SceneSenseError):
 
 class LearningError(SceneSenseError):
     """There is nothing to learn from, or what there is cannot be learned from."""
+
+
+class BagError(SceneSenseError):
+    """A bag cannot be written, read, repaired or played; the text names the bag and the mend."""

@@ -41,6 +41,7 @@ class Panel:
         rows: Each series in a row of its own, as an area of values from 0 to 1 under its name.
         lowest: Where the y axis begins; None leaves it to the values.
         highest: Where it ends.
+        legend_below: Whether the legend stands below the diagram, where it covers nothing.
     """
 
     title: str
@@ -52,6 +53,7 @@ class Panel:
     rows: bool = False
     lowest: float | None = None
     highest: float | None = None
+    legend_below: bool = False
 
 
 def write_plot(path: Path, panels: Sequence[Panel]) -> None:
@@ -107,7 +109,10 @@ def _draw(axes: Any, panel: Panel) -> None:
     axes.set_ylim(panel.lowest, panel.highest)
     axes.grid(axis="y", alpha=0.4)
     axes.set_axisbelow(True)
-    if count > 1:
+    if count > 1 and panel.legend_below:
+        place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15), "ncols": 3}
+        axes.legend(fontsize="small", **place)
+    elif count > 1:
         axes.legend(fontsize="small")
 
 

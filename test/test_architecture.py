@@ -20,7 +20,8 @@ FLOORS = {
 }
 TOP = 4
 ROS = {"rclpy", "std_msgs", "std_srvs", "sensor_msgs", "geometry_msgs", "visualization_msgs"}
-ROS |= {"diagnostic_msgs", "builtin_interfaces", "rcl_interfaces", "tf2_msgs", "rosbags"}
+ROS |= {"diagnostic_msgs", "builtin_interfaces", "rcl_interfaces", "rosgraph_msgs", "tf2_msgs"}
+ROS |= {"rosbags"}
 # These take seconds to import: only functions that run in a worker may.
 HEAVY = {"matplotlib", "open3d", "torch"}
 NETWORKS = "attention/networks"  # classes of torch: what imports this folder imports torch

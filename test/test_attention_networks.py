@@ -172,8 +172,8 @@ def test_bad_files_are_named_with_the_mend(tmp_path, monkeypatch):
     with pytest.raises(NetworkError, match="damaged"):
         TrainedNetwork.load(path)
     path.write_bytes(whole)
-    monkeypatch.setattr(checkpoints, "VERSION", 2)
-    with pytest.raises(NetworkError, match="version 1, this release reads 2"):
+    monkeypatch.setattr(checkpoints, "VERSION", checkpoints.VERSION + 1)
+    with pytest.raises(NetworkError, match="version 2, this release reads 3"):
         TrainedNetwork.load(path)
 
 

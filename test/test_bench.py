@@ -14,7 +14,9 @@ from ros_scenesense.bench import (
     datasets,
     decisions,
     graph,
+    learning,
     perception,
+    planning,
     reasoning,
     steps,
 )
@@ -24,7 +26,7 @@ from ros_scenesense.cli import bench as command
 from ros_scenesense.cli import main as cli
 from ros_scenesense.demo.run import DemoResult
 from ros_scenesense.demo.summary import RunEnd, summarise
-from ros_scenesense.errors import LaunchError, SceneSenseError
+from ros_scenesense.errors import LaunchError, ReasoningError, SceneSenseError
 from ros_scenesense.results import Result, Table, markdown, read_result, write_result
 
 QUICK = BenchOptions(quick=True)
@@ -132,6 +134,12 @@ def test_attention_and_its_network_are_timed():
     assert min(measured.figures.values()) > 0.0
 
 
+def test_learning_axioms_is_timed():
+    measured = learning.measure(QUICK)
+    assert set(measured.figures) == {figure.name for figure in learning.FIGURES}
+    assert min(measured.figures.values()) > 0.0
+
+
 def stand_in(monkeypatch, tmp_path, record, end):
     summary = summarise(record, INFO, end)
 
@@ -187,6 +195,15 @@ def test_knowledge_and_reasoning_are_timed():
     figures = reasoning.measure(QUICK).figures
     assert set(figures) == {figure.name for figure in reasoning.FIGURES}
     assert all(value > 0.0 for value in figures.values())
+
+
+def test_other_plans_than_those_found_by_hand_are_noticed(monkeypatch):
+    by_hand = planning.plans_by_hand
+    monkeypatch.setattr(
+        planning, "plans_by_hand", lambda *asked: set(list(by_hand(*asked))[1:]) or {("wait",)}
+    )
+    with pytest.raises(ReasoningError, match="other plans"):
+        planning.measure(QUICK)
 
 
 def test_strict_decisions_agree_with_physics():

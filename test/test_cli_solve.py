@@ -64,6 +64,23 @@ def test_a_program_without_answer_set_and_one_that_takes_too_long() -> None:
     assert solved("n(n). #const n = 1.", constants=("n=7",))[1] == [("n(7)",)]
 
 
+def test_literals_stand_in_the_order_of_terms_whatever_came_first() -> None:
+    _, sets, _ = solved("p(1..11). {q(f(2)); -q(f(10)); q(a)}. :- not q(a).", models=0)
+    numbers = tuple(f"p({number})" for number in range(1, 12))
+    assert sets == [
+        (*numbers, "q(a)"),
+        (*numbers, "q(a)", "-q(f(10))"),
+        (*numbers, "q(a)", "q(f(2))"),
+        (*numbers, "q(a)", "q(f(2))", "-q(f(10))"),
+    ]
+
+
+def test_what_was_found_in_time_is_kept() -> None:
+    outcome, sets, complete = solved("{p(1..60)}.", models=0, time_limit_s=0.3)
+    assert (outcome, complete) == (Outcome.TIMED_OUT, False)
+    assert len(sets) == len(set(sets)) > 0
+
+
 def test_cr_rules_come_in_only_where_there_is_no_answer_set_without_them() -> None:
     """The program of CR-Prolog whose smallest set of rules is {a}, though {b, c} restores too."""
     text = """#const restore = 1.

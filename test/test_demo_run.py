@@ -10,6 +10,9 @@ import threading
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 from test_demo_view import console, printed
 
 from ros_scenesense.cli import main as cli
@@ -18,9 +21,12 @@ from ros_scenesense.demo import run as run_module
 from ros_scenesense.demo.run import Demo, DemoOptions, show_result
 from ros_scenesense.demo.summary import read_summary
 from ros_scenesense.errors import LaunchError, ParameterError
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.codec import decode
+from ros_scenesense.nodes.registry import DEFAULT_NODES
 
 TIMEOUT_S = 90
+STRING = "std_msgs/msg/String"
 
 
 def demo(folder: Path, *words: str) -> subprocess.Popen:
@@ -47,14 +53,14 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-def test_scenes_go_through_the_real_graph(tmp_path):
-    process = demo(tmp_path, "--scenes", "3", "--seed", "5", "--arrangement", "towers")
+def test_scenes_go_through_the_real_graph_and_into_a_bag(tmp_path):
+    process = demo(tmp_path, "--scenes", "3", "--seed", "5", "--arrangement", "towers", "--record")
     text, _ = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0, text
     summary = read_summary(tmp_path / "summary.json")
     assert (summary.outcome, summary.scenes, summary.lost) == ("complete", 3, 0)
     assert summary.error is None
-    assert set(summary.nodes) == set(NODES)
+    assert set(summary.nodes) == {*DEFAULT_NODES, "recorder"}
     assert summary.nodes["reasoner"].counters["scenes_classified"] == 3
     assert summary.tasks["stability"].total > 3
     assert summary.tasks["stability"].wrong == 0
@@ -70,6 +76,38 @@ def test_scenes_go_through_the_real_graph(tmp_path):
     assert "was not received" not in report
     assert [f"scene {n}/3:" in text for n in (1, 2, 3)] == [True] * 3
     assert str(tmp_path / "report.html") in text
+    (bag,) = tmp_path.glob("bag-*")
+    assert str(bag) in text
+    _check_bag(bag)
+
+
+def _check_bag(bag: Path) -> None:
+    """Two readers that know nothing of SceneSense see the same, and its scenes in it."""
+    with Reader(bag) as reader:
+        connections = {each.topic: each for each in reader.connections}
+        estimates = [
+            (stamp_ns, data)
+            for _, stamp_ns, data in reader.messages([connections["/scenesense/estimates"]])
+        ]
+        counts = {each.topic: each.msgcount for each in reader.connections if each.msgcount}
+    texts = [
+        get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, STRING) for _, data in estimates
+    ]
+    assert len({decode(text.data, Estimates).scene_id for text in texts}) == 3
+    assert counts["/scenesense/camera/color/image_raw"] >= 3
+    with (bag / f"{bag.name}_0.mcap").open("rb") as file:
+        mcap = make_reader(file)
+        statistics, channels = mcap.get_summary().statistics, mcap.get_summary().channels
+        seen = [
+            (message.log_time, message.data)
+            for _, _, message in mcap.iter_messages(topics=["/scenesense/estimates"])
+        ]
+        schemas = {schema.name: schema for schema in mcap.get_summary().schemas.values()}
+    assert seen == estimates
+    assert statistics.message_count == sum(counts.values())
+    assert {channel.topic for channel in channels.values()} == set(connections)
+    assert schemas[STRING].encoding == "ros2msg"
+    assert b"string data" in schemas[STRING].data
 
 
 def test_interrupt_stops_the_graph_and_writes_what_was_seen(tmp_path):
@@ -89,7 +127,7 @@ def test_interrupt_stops_the_graph_and_writes_what_was_seen(tmp_path):
     summary = read_summary(tmp_path / "summary.json")
     assert summary.outcome == "interrupted"
     assert summary.scenes >= 1
-    assert len(pids) == len(NODES)
+    assert len(pids) == len(DEFAULT_NODES)
     assert not any(is_alive(pid) for pid in pids)
 
 

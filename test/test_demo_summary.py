@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_scenesense.demo.finals import FinalSummary, summarise_final
+from ros_scenesense.demo.learning_curve import AxiomSummary, CycleSummary, LearningSummary
 from ros_scenesense.demo.record import Decision, RunRecord, Subject
 from ros_scenesense.demo.summary import (
     RunEnd,
@@ -160,7 +161,10 @@ def test_summary_json_follows_its_schema_and_leaves_no_other_file(tmp_path):
         read_summary(tmp_path / "summary.json")
 
 
-@pytest.mark.parametrize("struct", [Summary, FinalSummary, TaskSummary])
+@pytest.mark.parametrize(
+    "struct",
+    [Summary, FinalSummary, TaskSummary, LearningSummary, CycleSummary, AxiomSummary],
+)
 def test_every_field_is_documented(struct):
     documented = (resource("config").parent / "docs" / "summary.md").read_text(encoding="utf-8")
     missing = [name for name in struct.__struct_fields__ if f"`{name}`" not in documented]

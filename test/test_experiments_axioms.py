@@ -9,8 +9,8 @@ from ros_scenesense.experiments.axioms import Plan
 from ros_scenesense.experiments.axioms_report import PAPER, Run, Setting, report_on
 from ros_scenesense.experiments.axioms_scenes import (
     ExactScenes,
-    _facts_of,
     domain,
+    facts_of,
     feedback_on,
     read_records,
 )
@@ -79,7 +79,7 @@ def test_labels_by_the_rules_obey_the_knowledge_and_have_its_exceptions(dataset)
     strict, by_default, kept = 0, [], 0
     for fluent, several in scenes.items():
         for record, examples, own in zip(records, several, ruled[fluent], strict=True):
-            decided = exact._decided(_facts_of(record), frozenset())[fluent]
+            decided = exact._decided(facts_of(record), frozenset())[fluent]
             for before, after in zip(examples, own, strict=True):
                 belief = decided[after.target]
                 if belief.status is DecisionStatus.STRICT:

@@ -11,6 +11,7 @@ from ros_scenesense.experiments.estimation_plans import ESTIMATION, Plan
 from ros_scenesense.experiments.estimation_report import Setting, images_needed, report_on
 from ros_scenesense.experiments.estimation_samples import WAYS, samples_of
 from ros_scenesense.experiments.estimation_scores import majority_of, score
+from ros_scenesense.experiments.estimation_segments import own_instances
 from ros_scenesense.experiments.estimation_trials import Trial, Tried
 from ros_scenesense.experiments.estimation_views import (
     Attended,
@@ -29,8 +30,8 @@ PICTURE = Picture(np.zeros((3, 56, 56), np.uint8), np.zeros((3, 115, 115), np.ui
 
 def view(number=0):
     """A cube on a can, which falls, left of a mug that hides nothing; of the can less is known."""
-    image = pack(np.zeros((6, 64, 64), np.float32))
-    question = Question(STABLE, "cube", image, np.ones(4, np.float32))
+    image = pack(np.zeros((6, 32, 32), np.float32))
+    question = Question(STABLE, "cube", image, np.ones(8, np.float32))
     region = Region(STABLE, ("can", "cube"), ("cube",), PICTURE)
     nothing = Attended([], [])
     return View(
@@ -46,7 +47,7 @@ def view(number=0):
         },
         structures=[(("can", "cube"), False), (("mug",), True)],
         picture=PICTURE,
-        whole=[Question(STABLE, name, image, np.ones(4, np.float32)) for name in ("can", "mug")],
+        whole=[Question(STABLE, name, image, np.ones(8, np.float32)) for name in ("can", "mug")],
         reasoned={"incomplete": Reasoned({}, nothing, Attended([region], [question]), [])},
     )
 
@@ -95,11 +96,23 @@ def test_whole_images_have_a_slot_for_all_and_regions_for_what_they_hold():
 def test_questions_ask_one_literal_and_without_geometry_have_no_numbers():
     asked = samples_of(WAYS["query"], [view(7)], "incomplete")
     np.testing.assert_array_equal(asked.answers, [[0, np.nan]])
-    np.testing.assert_array_equal(asked.numbers, np.ones((1, 4)))
+    np.testing.assert_array_equal(asked.numbers, np.ones((1, 8)))
     np.testing.assert_array_equal(asked.groups, [7])
     assert not samples_of(WAYS["query_pixels"], [view()], "incomplete").numbers.any()
     both = samples_of(WAYS["same_channels"], [view()], "incomplete").answers
     np.testing.assert_array_equal(both, [[1, np.nan], [1, 1]])
+
+
+def test_what_is_segmented_has_the_ids_of_what_it_fits():
+    true = np.zeros((4, 8), np.uint16)
+    true[:, :4], true[:, 4:6] = 1, 2
+    found = np.zeros_like(true)
+    found[:, 1:4], found[:2, 4:8] = 5, 3
+    seen = own_instances(true, found)
+    np.testing.assert_array_equal(seen == 1, found == 5)
+    assert not (seen == 2).any()  # a third of what is there or seen
+    assert set(np.unique(seen[found == 3])).isdisjoint({0, 1, 2})
+    np.testing.assert_array_equal(seen == 0, found == 0)
 
 
 def tried(way, images, accuracy, seed=0):
@@ -109,7 +122,7 @@ def tried(way, images, accuracy, seed=0):
 
 
 def test_images_needed_lie_between_two_sizes_along_the_logarithm():
-    setting = Setting("samples", "scenesense", 0, 30, 10, 1, "validated")
+    setting = Setting("samples", "scenesense", 0, 30, 10, 1, 2000, "validated")
     trials = [tried("lenet", 1000, 0.8), tried("query", 10, 0.7), tried("query", 1000, 0.9)]
     figures = report_on(trials, setting).result.figures
     assert figures["images_ratio_query"] == pytest.approx(0.1)
@@ -121,7 +134,7 @@ def test_images_needed_lie_between_two_sizes_along_the_logarithm():
 
 
 def test_what_three_trainings_do_not_show_is_not_claimed():
-    setting = Setting("estimation", "scenesense", 0, 30, 10, 3, "validated")
+    setting = Setting("estimation", "scenesense", 0, 30, 10, 3, 2000, "validated")
     close = [
         tried(way, 100, accuracy, seed)
         for way, several in (("lenet", (0.7, 0.9, 0.8)), ("lenet_att", (0.8, 0.85, 0.84)))
@@ -141,13 +154,20 @@ def test_no_trial_trains_on_scenes_that_test():
 
 def test_experiment_from_the_shell_and_again_from_what_was_kept(tmp_path, capsys):
     arguments = ["experiment", "estimation", "--quick", "--jobs", "1", "--ways", "query,lenet"]
+    arguments[-1] += ",query_segmented"
     arguments += ["--seed", "1", "--sizes", "16", "--work", str(tmp_path / "work")]
     assert cli.main([*arguments, "--out", str(tmp_path / "one.json")]) == 0
     assert (tmp_path / "one.md").exists()
     assert (tmp_path / "one.png").exists()
     result = read_result(tmp_path / "one.json")
     assert result.figures["scenes"] == 24
-    for name in ("architecture_16", "architecture_16_complete", "baseline_16", "majority"):
+    for name in (
+        "architecture_16",
+        "architecture_16_complete",
+        "baseline_16",
+        "majority",
+        "query_segmented_16",
+    ):
         assert 0.0 <= result.figures[name] <= 1.0
     # Complete knowledge decides most without a network, incomplete knowledge hardly anything.
     assert result.figures["reasoning_decided"] < 0.3 < result.figures["reasoning_decided_complete"]

@@ -27,6 +27,7 @@ def description(monkeypatch):
     modules = {
         "launch": ["LaunchDescription"],
         "launch.actions": ["DeclareLaunchArgument", "SetEnvironmentVariable"],
+        "launch.conditions": ["IfCondition"],
         "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
@@ -53,9 +54,18 @@ def test_every_node_is_started_by_its_executable(description):
         assert node.options["parameters"][0].arguments == ("params_file",)
 
 
+def test_the_recorder_is_started_when_asked_for(description):
+    conditions = {
+        node.options["executable"]: node.options["condition"] for node in named(description, "Node")
+    }
+    (asked,) = conditions.pop("recorder").arguments
+    assert asked.arguments == ("record",)
+    assert set(conditions.values()) == {None}
+
+
 def test_arguments_and_environment(description):
     declared = {argument.arguments[0] for argument in named(description, "DeclareLaunchArgument")}
-    assert declared == {"namespace", "params_file", "domain"}
+    assert declared == {"namespace", "params_file", "domain", "record"}
     set_ = {entity.arguments[0] for entity in named(description, "SetEnvironmentVariable")}
     assert set_ == {"FASTRTPS_DEFAULT_PROFILES_FILE", "ROS_DOMAIN_ID"}
 

@@ -25,7 +25,7 @@ from ros_scenesense.launcher.process import NodeProcess, stop_all
 from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.grounding import Groundings
 from ros_scenesense.messages.health import Heartbeat
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.nodes.registry import DEFAULT_NODES
 
 # What is refused before anything starts
 
@@ -224,10 +224,10 @@ def test_delays_double_and_too_many_deaths_end_it(monkeypatch, tmp_path):
     clock = Clock()
     monkeypatch.setattr(launcher_process, "time", clock)
     node = NodeProcess("node", [], {}, tmp_path / "node.log")
-    assert [node.plan_restart() for _ in range(6)] == [0.5, 1.0, 2.0, 4.0, 8.0, None]
+    assert [node.plan_restart() for _ in range(6)] == [0.1, 0.2, 0.4, 0.8, 1.6, None]
     # Old deaths are forgotten.
     clock.now += launcher_process.RESTART_WINDOW_S + 1.0
-    assert node.plan_restart() == 0.5
+    assert node.plan_restart() == 0.1
 
 
 def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch, tmp_path):
@@ -333,7 +333,7 @@ def test_a_killed_node_is_started_again_and_scenes_go_on(launched):
     grounding = launched.graph.nodes["grounding"]
     old = grounding.pid
     os.kill(old, signal.SIGKILL)
-    assert launched.said("grounding died (killed by signal 9), starts again in 0.5 s")
+    assert launched.said("grounding died (killed by signal 9), starts again in 0.1 s")
     assert launched.graph.spin_until(lambda: grounding.ready, timeout_s=20.0)
     assert (grounding.pid != old, grounding.restarts) == (True, 1)
     assert launched.wait_for_scenes(2)
@@ -370,7 +370,7 @@ def test_stopping_ends_all_nodes_cleanly(launched):
     assert workers
     launched.graph.executor.remove_node(launched.node)
     launched.graph.stop()
-    assert {node.name: node.exit_code for node in nodes} == dict.fromkeys(NODES, 0)
+    assert {node.name: node.exit_code for node in nodes} == dict.fromkeys(DEFAULT_NODES, 0)
     assert holds(lambda: not any(map(is_running, workers)))
     launched.graph.stop()
 

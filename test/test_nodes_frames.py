@@ -8,12 +8,15 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 
 from ros_scenesense.geometry import Intrinsics
+from ros_scenesense.messages.topics import QosClass
 from ros_scenesense.nodes.frames import (
     TOPIC_OF_PART,
     FrameJoining,
     FramePublisher,
     FrameSubscription,
 )
+from ros_scenesense.nodes.lean_node import LeanNode
+from ros_scenesense.nodes.qos import profile_of
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.health import Health
 
@@ -185,3 +188,22 @@ def test_images_whose_stamps_lie_farther_apart_are_no_frame(ros_room):
     assert camera.wait_for_problem("incomplete_frame")
     assert "image_slop_s" in camera.health.last_problem
     assert camera.frames == []
+
+
+def test_a_camera_of_another_quality_of_service_is_told_with_the_mend(ros_room):
+    profile = profile_of(QosClass.FRAME, "best_effort")
+    ros_room.add(Node, "driver").create_publisher(Image, TOPIC_OF_PART["depth"], profile)
+    health = Health()
+    joining = FrameJoining("reliable", TIMEOUT_S)
+    FrameSubscription(ros_room.add(LeanNode, "receiver"), health, list, joining)
+    assert ros_room.wait_for(lambda: health.counters["incompatible_camera"])
+    assert TOPIC_OF_PART["depth"] in health.last_problem
+    assert "image_reliability" in health.last_problem
+
+
+def test_a_lean_node_gives_the_executor_no_events_to_look_after(ros_room):
+    lean, plain = ros_room.add(LeanNode, "lean"), ros_room.add(Node, "plain")
+    for node in (lean, plain):
+        node.create_publisher(Image, "image", 1)
+        node.create_subscription(Image, "image", list, 1)
+    assert len(list(plain.waitables)) > len(list(lean.waitables)) == 0

@@ -1,17 +1,38 @@
 """Goals over ROS: real nodes, and a camera that shows scenes by itself until there is a goal."""
 
+import itertools
 import os
 import subprocess
 import sys
 
-from ros_scenesense.messages.actions import Action, ActionResult, Goal, Plan, Transition
+import pytest
+from learning_samples import scenes
+from std_srvs.srv import Trigger
+
+from ros_scenesense.messages.actions import (
+    Action,
+    ActionResult,
+    Goal,
+    Plan,
+    PlannedAction,
+    Transition,
+)
+from ros_scenesense.messages.learning import Axioms
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge
 from ros_scenesense.messages.scenes import Labels, Scene
 from ros_scenesense.nodes.attention import AttentionNode
+from ros_scenesense.nodes.axiom_learner import AxiomLearnerNode
 from ros_scenesense.nodes.grounding import GroundingNode
 from ros_scenesense.nodes.grounding_control import GroundingControlNode
 from ros_scenesense.nodes.reasoner import ReasonerNode
 from ros_scenesense.nodes.simulated_camera import SimulatedCameraNode
+from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.resources import resource
+from ros_scenesense.stages.axiom_learner import AxiomLearnerConfiguration, AxiomLearnerStage
+from ros_scenesense.stages.reasoner import ReasonerConfiguration, ReasonerStage
+
+WITHHELD = "s1,s2,s3,o1,o2,o3"
+GOAL = "on(red_cylinder, white_cube)"
 
 
 class Graph:
@@ -26,6 +47,7 @@ class Graph:
         self.probe = room.probe()
         self.scenes = self.probe.collect(Scene)
         self.labels = self.probe.collect(Labels)
+        self.beliefs = self.probe.collect(Beliefs)
         self.plans = self.probe.collect(Plan)
         self.actions = self.probe.collect(Action)
         self.results = self.probe.collect(ActionResult)
@@ -73,13 +95,28 @@ def test_a_goal_holds_the_camera_and_is_reached_in_the_simulated_world(ros_room)
     assert shown == [last.id] * len(episode) + [None] * (len(shown) - len(episode))
 
 
-def test_the_papers_first_trace_in_the_simulated_world(ros_room):
-    withheld = {"withheld": "s1,s2,s3,o1,o2,o3"}
+@pytest.fixture
+def filled_pool(tmp_path):
+    """The state folder of a learner that has seen labelled scenes, and learned nothing yet."""
+    learner = AxiomLearnerStage(AxiomLearnerConfiguration(cycle_scenes=0, state_dir=str(tmp_path)))
+    reasoner = ReasonerStage(ReasonerConfiguration(withheld=WITHHELD))
+    pipeline = Pipeline([reasoner, learner], itertools.count(1).__next__)
+    for message in scenes(50):
+        pipeline.put(message)
+    assert all(not isinstance(each, Axioms) or not each.axioms for each in pipeline.run())
+    pipeline.close()
+    return str(tmp_path)
+
+
+def test_the_papers_first_trace_in_the_simulated_world(ros_room, filled_pool):
     trace = str(resource("config", "scenes/trace_1.yaml"))
-    graph = Graph(ros_room, withheld, scene_files=trace)
+    learner = ros_room.add(AxiomLearnerNode, cycle_scenes=0, trees=20, state_dir=filled_pool)
+    graph = Graph(ros_room, {"withheld": WITHHELD}, scene_files=trace)
+    axioms = graph.probe.collect(Axioms)
+    knowledge = graph.probe.collect(Knowledge)
     assert ros_room.wait_for(lambda: graph.scenes, timeout_s=60.0)
     process = subprocess.Popen(
-        [sys.executable, "-m", "ros_scenesense.cli.main", "goal", "on(red_cylinder, white_cube)"],
+        [sys.executable, "-m", "ros_scenesense.cli.main", "goal", GOAL],
         stdout=subprocess.PIPE,
         text=True,
         env=dict(os.environ),
@@ -87,9 +124,32 @@ def test_the_papers_first_trace_in_the_simulated_world(ros_room):
     assert ros_room.wait_for(lambda: process.poll() is not None, timeout_s=120.0)
     output, _ = process.communicate()
     assert (process.returncode, output.splitlines()[-1].startswith("reached in")) == (0, True)
-    assert output.count("\n  putdown(red_cylinder, white_cube)") == 2
-    first, again, last = graph.plans
+    first, again, *_, last = graph.plans
     assert (len(first.actions), len(again.actions)) == (6, 2)
     assert first.actions[3].location == "yellow_duck"
     assert again.reason.endswith("on(white_cube, table) was seen: fall(white_cube)")
     assert ["red_cylinder", "white_cube"] in graph.structures(last.scene_id)
+
+    # What it did not expect is an example, from which and from its pool it has learned.
+    assert ros_room.wait_for(lambda: axioms and axioms[-1].cycle >= 1, timeout_s=60.0)
+    assert learner.health.counters["examples_of_outcomes"] == 1
+    assert learner.health.counters["outcomes_kept"] == 6
+    learned = {each.text: each.id for each in axioms[-1].axioms}
+    assert "-stable(A) if irregular_below(A)." in learned
+    assert ros_room.wait_for(
+        lambda: set(learned.values()) <= {each.id for each in knowledge[-1].axioms}
+    )
+
+    # The same goal in the same scene: the paper's second plan.
+    client = graph.probe.node.create_client(Trigger, "reset")
+    assert ros_room.wait_for(client.service_is_ready)
+    shown = len(graph.scenes)
+    client.call_async(Trigger.Request())
+    assert ros_room.wait_for(lambda: len(graph.scenes) > shown, timeout_s=60.0)
+    fresh = graph.scenes[-1].scene_id
+    assert ros_room.wait_for(lambda: any(each.scene_id == fresh for each in graph.beliefs))
+    planned = len(graph.plans)
+    assert graph.want(GOAL).outcome == "reached"
+    (better, _) = graph.plans[planned:]
+    assert len(better.actions) == 6
+    assert better.actions[3] == PlannedAction(kind="putdown", object="white_cube", location="table")

@@ -20,6 +20,7 @@ from ros_scenesense.knowledge.action_language import parse, parse_goal
 from ros_scenesense.reasoning.described_scenes import described_scene
 from ros_scenesense.reasoning.obstacles import obstacles
 from ros_scenesense.reasoning.planning import Aim, PlanningLimits, PlanningTask, PlanOutcome, plan
+from ros_scenesense.reasoning.situations import Situation, robot_domain
 
 ONE = PlanningLimits()
 ALL = PlanningLimits(every=True)
@@ -58,6 +59,42 @@ def test_of_equally_short_plans_the_one_with_fewest_objects_on_the_table_is_chos
     (found,) = trace_1(PlanningLimits(), withheld=LEARNED).plans
     assert words(found) == PAPER_PLAN
     assert found.counted[1] == 1
+
+
+def test_of_equally_short_plans_the_one_that_is_surest_to_stay_is_chosen():
+    known = scene(["abc", "d"])
+    for withheld, place, unsure in (((), "table", 1), (("s1",), "d", 0)):
+        (found,) = solve(known, "on(b, c)", ONE, withheld).plans
+        assert words(found)[:2] == ["pickup(c)", f"putdown(c, {place})"]
+        # Of b itself it is never sure that it will stay.
+        assert found.unsure == unsure
+    every = solve(known, "on(b, c)", ALL).plans
+    assert [each.unsure for each in every] == [1, 2]
+
+
+def test_of_equally_good_places_a_large_object_is_chosen():
+    sizes = {"a": "small", "b": "medium", "c": "large", "d": "medium"}
+    objects = {name: {"size": size, "surface": "flat"} for name, size in sizes.items()}
+    known = described_scene({"objects": objects}, "test")
+    (found,) = solve(known, "-on(a, table), no in_hand(R, X)").plans
+    assert words(found) == ["pickup(a)", "putdown(a, c)"]
+    every = solve(known, "-on(a, table), no in_hand(R, X)", ALL).plans
+    assert [words(each)[1][-2] for each in every] == ["c", "b", "d"]
+
+
+def test_a_default_does_not_excuse_what_another_one_speaks_against():
+    hopeful = parse("hopeful: normally stable(A) if not small_base(A).", "test", robot_domain())
+    start = Situation(hopeful.description, scene(["abcd", "e"]))
+    task = start.task(start.goal("-on(e, table), no in_hand(R, X)"))
+    found = plan(task, ALL)
+    assert [words(each) for each in found.plans] == [["pickup(e)", "putdown(e, d)"]]
+    assert len(found.plans[0].exceptions) == 1
+    # A goal that needs the default has it.
+    asked = start.task(start.goal("stable(d), on(d, e)"))
+    assert plan(asked, ONE).outcome is PlanOutcome.FOUND
+    without = Situation(robot_domain(), scene(["abcd", "e"]))
+    asked = without.task(without.goal("stable(d), on(d, e)"))
+    assert plan(asked, PlanningLimits(max_steps=4)).outcome is PlanOutcome.NO_PLAN
 
 
 def test_a_default_has_an_exception_only_where_no_plan_is_as_short_without():

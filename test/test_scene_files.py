@@ -65,7 +65,7 @@ def test_shipped_scenes_are_what_they_show(name: str) -> None:
 def test_the_readme_shows_every_shipped_scene_and_its_example_is_right(tmp_path: Path) -> None:
     text = (SHIPPED / "README.md").read_text()
     files = sorted(SHIPPED.glob("*.yaml"))
-    assert len(files) == 4
+    assert len(files) == 5
     assert all(f"| `{file.name}` |" in text for file in files)
     example = tmp_path / "example.yaml"
     example.write_text(text.split("```yaml\n")[1].split("```")[0])
@@ -99,7 +99,7 @@ def test_things_are_where_the_file_says(tmp_path: Path) -> None:
         ({"objects": [{"object": "mug", "color": "red", "x_m": 3}]}, r"<= 0.9 - at .*x_m"),
         ({"objects": [{"object": "mug", "color": "red", "stands_on": "it"}]}, "'it', before it"),
         ({**TOWER, "camera": {"pitch_deg": 90}}, r"<= 60.0 - at .*camera\.pitch_deg"),
-        ({**TOWER, "background": 101}, "<= 100"),
+        ({**TOWER, "background": 1001}, "<= 1000"),
         ({"objects": TOWER["objects"][:1] * 2}, r"\[1\] is a second white_cube"),
         (
             {"objects": [TOWER["objects"][0], {"object": "small_cube", "color": "red"}]},

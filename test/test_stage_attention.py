@@ -1,11 +1,15 @@
 """The attention stage: final decisions, examples once each, and networks that are trained."""
 
 import itertools
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
 
 from ros_scenesense.attention.queries import Query
+from ros_scenesense.attention.training_set import joined
+from ros_scenesense.errors import NetworkError
 from ros_scenesense.messages.attention import Estimates, Examples, Rois
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations
@@ -16,6 +20,7 @@ from ros_scenesense.parameters import build
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.scene import Frame, Task
 from ros_scenesense.stages.attention import SIDE, AttentionConfiguration, AttentionStage
+from ros_scenesense.stages.attention_engine import AttentionEngine
 from ros_scenesense.stages.attention_store import AttentionStore
 from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingStage
 from ros_scenesense.stages.grounding_control import (
@@ -152,10 +157,43 @@ def teach(state, scenes=40):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
-            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(4, np.float32), ())
+            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(8, np.float32), ())
             examples.append((query, bool(bright)))
         assert store.add(f"t-{number}", [("s3", number > 9)], examples)
     store.close()
+
+
+def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path):
+    teach(tmp_path, scenes=2)
+    path = tmp_path / "attention.db"
+    with closing(sqlite3.connect(path)) as old:
+        old.execute("PRAGMA user_version=1")
+    store = AttentionStore(path, Health(), SIDE)
+    assert store.example_count == 0
+    assert not store.add("t-0", [], [])
+    assert store.conclusions() == {"s3": (0, 2)}
+    store.close()
+
+
+def test_sets_are_joined_and_a_scene_held_out_stays_so(tmp_path):
+    sets = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        teach(tmp_path / name, scenes=10)
+        store = AttentionStore(tmp_path / name / "attention.db", Health(), SIDE)
+        sets.append(store.training_set())
+        store.close()
+    training, held_out = joined(sets).parts()
+    assert len(training) + len(held_out) == 40
+    assert set(training.groups).isdisjoint(held_out.groups)
+
+
+def test_an_engine_that_warms_up_with_a_broken_network_says_so_only_when_asked(tmp_path):
+    broken = tmp_path / "broken.pt"
+    broken.write_bytes(b"nothing")
+    engine = AttentionEngine(str(broken))
+    with pytest.raises(NetworkError, match="damaged"):
+        engine.answer(str(broken), np.zeros((1, 6, SIDE, SIDE), "f4"), np.zeros((1, 8), "f4"))
 
 
 def run_jobs(stage, now_ns=SECOND):

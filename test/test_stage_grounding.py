@@ -84,15 +84,29 @@ def test_scenes_out_of_order_find_their_own_frames():
     assert found == [("s-2", 2), ("s-1", 1)]
 
 
-@pytest.mark.parametrize("stamp_ns", [0, 9], ids=["same stamp", "new stamp"])
-def test_a_scene_that_is_finished_is_not_grounded_again(stamp_ns):
+@pytest.mark.parametrize(
+    ("stamp_ns", "published"), [(0, [Segmentation]), (9, [])], ids=["same stamp", "new stamp"]
+)
+def test_a_scene_that_is_finished_is_not_grounded_again(stamp_ns, published):
     stage = stage_with(join_timeout_s=1.0)
     assert show(stage, frame_at(), scene_of(BLOCKS))
     again = (frame_at(stamp_ns), scene_of(BLOCKS, stamp_ns=stamp_ns))
-    assert show(stage, *again) == []
+    assert kinds(show(stage, *again)) == published
     assert stage.health.counters["repeated"] >= 1
     assert stage.tick(100 * SECOND) == []
     assert problems(stage) == []
+
+
+def test_the_segmentation_of_a_frame_that_is_shown_again_is_published_again():
+    stage = stage_with()
+    published = show(stage, frame_at(), scene_of(BLOCKS))
+    first = published[kinds(published).index(Segmentation)]
+    assert stage.handle(scene_of(BLOCKS), SECOND) == []
+    assert stage.handle(frame_at(), SECOND) == [first]
+    for number in range(1, 20):  # only the newest are kept
+        other = scene_of(BLOCKS, stamp_ns=number, scene_id=f"s-{number:04d}")
+        show(stage, frame_at(number), other)
+    assert stage.handle(frame_at(), SECOND) == []
 
 
 def test_a_scene_shown_again_while_it_is_grounded_is_grounded_once():

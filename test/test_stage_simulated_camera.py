@@ -53,6 +53,19 @@ def test_an_unanswered_scene_is_shown_again_and_finally_lost():
     assert stage.health.counters["scenes_lost"] == 1
 
 
+def test_what_is_shown_again_to_a_newcomer_is_no_attempt():
+    stage = camera(in_flight=2, resend_s=1.0, attempts=1, scenes=3)
+    render_all(stage, 0)
+    stage.handle(estimates("s-0000"), 0)
+    shown = render_all(stage, SECOND // 2)
+    again = stage.show_again(SECOND)
+    assert shown_ids(again) == ["s-0001", "s-0002"]
+    assert set(map(id, shown)) & set(map(id, again)) == set(map(id, shown[1:]))
+    assert stage.tick(3 * SECOND // 2) == []
+    lost = stage.tick(3 * SECOND)
+    assert [(item.scene_id, item.attempts) for item in lost] == [("s-0001", 1), ("s-0002", 1)]
+
+
 def test_shows_nothing_before_there_is_an_audience():
     stage = camera(in_flight=2)
     stage.audience = False

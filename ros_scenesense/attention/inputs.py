@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from ros_scenesense.attention.outline import Outline
 from ros_scenesense.attention.overhang import Overhang
 from ros_scenesense.attention.regions import crop
 from ros_scenesense.errors import NetworkError
@@ -58,11 +59,9 @@ def query_image(
     middle = float(np.median(depth[seen])) if seen.any() else np.nan
     with np.errstate(invalid="ignore"):
         behind = np.clip((depth - middle) / _DEPTH_RANGE_M, -1.0, 1.0)
-    behind = np.where(read & np.isfinite(behind), behind, 0.0)
-    channels = np.dstack(
-        [color / np.float32(255.0), behind, mask, np.isin(ids, [*related])]
-    ).astype(np.float32)
-    return _scaled(channels, side)
+    behind = np.where(read & np.isfinite(behind), behind, 0.0).astype(np.float32)
+    near = np.isin(ids, [*related])
+    return _scaled([color, behind, mask.astype(np.float32), near.astype(np.float32)], side)
 
 
 def color_image(
@@ -77,18 +76,30 @@ def color_image(
         pixels = color if roi is None else crop(color, roi)
     except ValueError as error:
         raise NetworkError(str(error)) from error
-    return _scaled(pixels.astype(np.float32) / np.float32(255.0), side)
+    return _scaled([pixels], side)
 
 
-def query_numbers(overhang: Overhang | None) -> npt.NDArray[np.float32]:
-    """The numbers beside the image of a query, (4,).
+NUMBERS = 8
+"""Numbers beside the image of a query."""
 
-    Overhang along the image, away, the larger of the two; 1 if it is known, else all are 0.
+
+def query_numbers(overhang: Overhang | None, outline: Outline) -> npt.NDArray[np.float32]:
+    """The numbers beside the image of a query, (8,).
+
+    Overhang along the image, away, the larger of the two, 1 if it is known, else all four are 0;
+    shares of the outline where something nearer begins: above of related objects and of others,
+    below of related objects and of others.
     """
-    if overhang is None:
-        return np.zeros(4, np.float32)
-    larger = max(overhang.lateral, overhang.away)
-    return np.array([overhang.lateral, overhang.away, larger, 1.0], np.float32)
+    leans = [0.0] * 4
+    if overhang is not None:
+        leans = [overhang.lateral, overhang.away, max(overhang.lateral, overhang.away), 1.0]
+    nearer = [
+        outline.upper_related,
+        outline.upper_other,
+        outline.lower_related,
+        outline.lower_other,
+    ]
+    return np.array([*leans, *nearer], np.float32)
 
 
 def pack(image: npt.NDArray[np.float32]) -> bytes:
@@ -120,21 +131,24 @@ def _steps(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return np.array([255, 255, 255, 127, 255, 255], np.float32)[: len(image), None, None]
 
 
-def _scaled(channels: npt.NDArray[np.float32], side: int) -> npt.NDArray[np.float32]:
-    """(H, W, C) as (C, side, side), in the middle of a square."""
-    height, width = channels.shape[:2]
+def _scaled(planes: Sequence[npt.NDArray[np.generic]], side: int) -> npt.NDArray[np.float32]:
+    """Images (H, W) or (H, W, C) of one size as (sum of C, side, side), in the middle of a square.
+
+    Bytes become 0 to 1.
+    """
+    height, width = planes[0].shape[:2]
     longer = max(height, width)
     size = (max(1, round(side * width / longer)), max(1, round(side * height / longer)))
     how = cv2.INTER_AREA if longer > side else cv2.INTER_LINEAR
-    scaled = np.dstack(  # three by three, as OpenCV does not scale more than four at once
-        [
-            cv2.resize(
-                np.ascontiguousarray(channels[..., first : first + 3]), size, interpolation=how
-            )
-            for first in range(0, channels.shape[2], 3)
-        ]
-    )
-    square = np.zeros((side, side, channels.shape[2]), np.float32)
     left, top = (side - size[0]) // 2, (side - size[1]) // 2
-    square[top : top + size[1], left : left + size[0]] = scaled
-    return np.ascontiguousarray(square.transpose(2, 0, 1))
+    channels = sum(1 if plane.ndim == 2 else plane.shape[2] for plane in planes)
+    square = np.zeros((channels, side, side), np.float32)
+    first = 0
+    for plane in planes:
+        scaled = cv2.resize(np.ascontiguousarray(plane), size, interpolation=how)
+        scaled = scaled.reshape(size[1], size[0], -1).transpose(2, 0, 1)
+        if plane.dtype == np.uint8:
+            scaled = scaled / np.float32(255.0)
+        square[first : first + len(scaled), top : top + size[1], left : left + size[0]] = scaled
+        first += len(scaled)
+    return square

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.attention.inputs import query_image, query_numbers
+from ros_scenesense.attention.outline import outline_of
 from ros_scenesense.attention.overhang import overhangs
 from ros_scenesense.attention.regions import rectangles, regions
 from ros_scenesense.attention.relevance import Relevance
@@ -26,7 +27,7 @@ class Query:
         task: Which fluent.
         target: Of which object.
         image: (6, side, side), see `inputs.query_image`.
-        numbers: (4,), see `inputs.query_numbers`.
+        numbers: (8,), see `inputs.query_numbers`.
         objects: The objects of its region.
     """
 
@@ -117,6 +118,8 @@ def queries_of(
                 if other != target and other in roi.objects
             }
             image = query_image(scene.frame, scene.instances, roi, instance[target], related, side)
-            numbers = query_numbers(hanging.get(target) if roi.task is Task.STABILITY else None)
+            leans = hanging.get(target) if roi.task is Task.STABILITY else None
+            outline = outline_of(scene.frame.depth, scene.instances, instance[target], related)
+            numbers = query_numbers(leans, outline)
             found.append(Query(roi.task, target, image, numbers, tuple(roi.objects)))
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,3 +48,10 @@ class TrainingSet:
             )
         whole = Samples(self.images, self.numbers, self.answers, self.groups)
         return whole[np.flatnonzero(~self.held_out)], whole[np.flatnonzero(self.held_out)]
+
+
+def joined(sets: Sequence[TrainingSet]) -> TrainingSet:
+    """All examples of several sets; a scene that is held out in one must be so in all."""
+    names = ("images", "numbers", "answers", "groups", "held_out")
+    parts = ([getattr(each, name) for each in sets] for name in names)
+    return TrainingSet(*map(np.concatenate, parts))

@@ -48,7 +48,7 @@ _REPEATS = 3
 def measure(options: BenchOptions) -> Measured:
     """Shows simulated scenes to the loop, trains on them, and asks about those with 5 objects."""
     from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
-    from ros_scenesense.attention.networks.training import TrainingConfiguration, train
+    from ros_scenesense.attention.networks.training import query_training, train
 
     camera = CameraEngine(SimulatedCameraConfiguration(noise=NOISE))
     looker = Looker(camera, options.seed)
@@ -67,9 +67,7 @@ def measure(options: BenchOptions) -> Measured:
         looker.close()
         camera.close()
     samples = samples_of(WAYS["query"], views, _KNOWLEDGE)
-    schedule = TrainingConfiguration(
-        iterations=10 if options.quick else 600, patience=8, flip=True, seed=options.seed
-    )
+    schedule = query_training(10 if options.quick else 600, options.seed)
     start = time.process_time()
     trained = train(QueryNetworkConfiguration(side=SIDE), samples, schedule)
     training_s = time.process_time() - start

@@ -35,7 +35,7 @@ _BACKGROUNDS = 8
 _STACKED_SHARE = 0.3
 _SPACING_M = 0.21
 _JITTER_M = 0.02
-_LEAST_PIXELS = 150
+_LEAST_SHARE = 150 / (WIDTH * HEIGHT)
 _DRAWS = 200
 
 
@@ -80,7 +80,7 @@ class Studio:
             instances = picture.frame.instances
             assert instances is not None
             seen = np.bincount(instances.ravel(), minlength=len(picture.objects) + 1)
-            if seen.min() >= _LEAST_PIXELS:
+            if seen.min() >= _LEAST_SHARE * instances.size:
                 return picture
         raise SimulationError(f"of {_DRAWS} pictures none shows all its objects")
 

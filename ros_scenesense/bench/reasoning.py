@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
-
 from ros_scenesense.bench import planning
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
+from ros_scenesense.bench.timing import median_ms
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.translation import translate
 from ros_scenesense.resources import resource
@@ -36,15 +33,4 @@ def _translate_ms(options: BenchOptions) -> float:
         domain = load(path)
         translate(domain.description, domain.history)
 
-    return _median_ms(read_and_translate, 3 if options.quick else 30)
-
-
-def _median_ms(action: Callable[[], None], repeats: int) -> float:
-    """The median CPU time, after a first time that loads what is loaded once."""
-    action()
-    seconds = []
-    for _ in range(repeats):
-        start = time.process_time()
-        action()
-        seconds.append(time.process_time() - start)
-    return statistics.median(seconds) * 1000.0
+    return median_ms(read_and_translate, 3 if options.quick else 30)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import clingo
 
 from ros_scenesense.bench.figure import BenchOptions, Figure, Measured
+from ros_scenesense.bench.timing import median_ms
 from ros_scenesense.knowledge.sparc.language import load, parse
 from ros_scenesense.knowledge.sparc.translation import translated
 from ros_scenesense.reasoning.answer_sets import AnswerSetEngine, Question
@@ -39,7 +38,7 @@ _TIME_LIMIT_S = 300.0
 def measure(options: BenchOptions) -> Measured:
     """Measures all figures of the group."""
     text = program_of_lines(300)
-    parse_ms = _median_s(lambda: translated(parse(text)), 3 if options.quick else 30) * 1000.0
+    parse_ms = median_ms(lambda: translated(parse(text)), 3 if options.quick else 30)
     rows: list[list[str | int | float | None]] = []
     ratios = []
     for name in PAIRS:
@@ -148,15 +147,4 @@ def _timed(
     action: Callable[[], set[tuple[str, ...]]], options: BenchOptions
 ) -> tuple[float, set[tuple[str, ...]]]:
     found = action()
-    return _median_s(action, 1 if options.quick else 3), found
-
-
-def _median_s(action: Callable[[], object], repeats: int) -> float:
-    """The median CPU time, after a first time that loads what is loaded once."""
-    action()
-    seconds = []
-    for _ in range(repeats):
-        start = time.process_time()
-        action()
-        seconds.append(time.process_time() - start)
-    return statistics.median(seconds)
+    return median_ms(action, 1 if options.quick else 3) / 1000.0, found

@@ -11,6 +11,8 @@ from ros_scenesense.bench import (
     datasets,
     decisions,
     graph,
+    learning,
+    loop,
     perception,
     reasoning,
     sparc,
@@ -38,11 +40,13 @@ class Group:
 
 GROUPS = (
     Group("the graph, real nodes", graph.FIGURES, graph.measure),
+    Group("the whole loop: speed, transport, restarts", loop.FIGURES, loop.measure),
     Group("grounding and classification, single scenes", steps.FIGURES, steps.measure),
     Group("objects told apart and described", perception.FIGURES, perception.measure),
     Group("reasoning about scenes", classification.FIGURES, classification.measure),
     Group("knowledge and reasoning", reasoning.FIGURES, reasoning.measure),
     Group("attention and networks", attention.FIGURES, attention.measure),
+    Group("learning axioms", learning.FIGURES, learning.measure),
     Group("SPARC programs", sparc.FIGURES, sparc.measure),
     Group("decisions against physics, many scenes", decisions.FIGURES, decisions.measure),
     Group("datasets of simulated scenes", datasets.FIGURES, datasets.measure),

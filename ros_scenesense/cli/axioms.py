@@ -11,7 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ros_scenesense.cli.launch import add_domain_arguments
+from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.stages.learner_store import (
     Event,
@@ -56,13 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action.add_argument("--offline", action="store_true", help="no graph runs")
         _add_state(action)
         add_domain_arguments(action)
-        action.add_argument(
-            "--timeout",
-            type=float,
-            metavar="SECONDS",
-            default=10.0,
-            help="time for the node to be found, and then to answer (default: %(default)g)",
-        )
+        add_timeout_argument(action)
 
 
 def run(arguments: argparse.Namespace) -> int:

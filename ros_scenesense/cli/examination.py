@@ -55,6 +55,7 @@ ROS_PACKAGES = (
     "diagnostic_msgs.msg",
     "geometry_msgs.msg",
     "rcl_interfaces.msg",
+    "rosgraph_msgs.msg",
     "sensor_msgs.msg",
     "std_msgs.msg",
     "std_srvs.srv",

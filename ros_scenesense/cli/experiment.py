@@ -55,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, words, count in (
         ("axioms", "hypothesis H4: axioms from labelled scenes, Algorithm 1 and ours", 2600),
         ("forgetting", "hypothesis H5: wrong axioms are found and forgotten, in ten cycles", 2400),
+        ("planning", "hypothesis H4: plans and decisions with and without learned axioms", 1200),
     ):
         learning = experiments.add_parser(name, help=words, epilog=_EPILOG)
         learning.add_argument(
@@ -83,6 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
         "grounding": _grounding,
         "axioms": _axioms,
         "forgetting": _forgetting,
+        "planning": _planning,
     }.get(arguments.experiment, _estimation)
     outcome = conduct(arguments, lambda line: console.print(line, highlight=False))
     for note in outcome.result.notes:
@@ -120,6 +122,12 @@ def _forgetting(arguments: argparse.Namespace, say: Callable[[str], None]) -> Ou
     from ros_scenesense.experiments import forgetting
 
     return forgetting.conduct(_learning_options(arguments), say)
+
+
+def _planning(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
+    from ros_scenesense.experiments import planning
+
+    return planning.conduct(_learning_options(arguments), say)
 
 
 def _learning_options(arguments: argparse.Namespace) -> LearningOptions:

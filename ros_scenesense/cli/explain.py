@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from ros_scenesense.cli.launch import add_domain_arguments
+from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
 from ros_scenesense.cli.scene_source import add_scene_arguments, scene_of
 from ros_scenesense.errors import ParameterError, SceneSenseError
 from ros_scenesense.messages.reasoning import Explanation, Query
@@ -67,13 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scene-id", metavar="ID", help="scene of the running graph (default: the newest one)"
     )
     add_domain_arguments(parser)
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        metavar="SECONDS",
-        default=10.0,
-        help="time for a node to be found, and then to answer (default: %(default)g)",
-    )
+    add_timeout_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import argparse
 import uuid
 from typing import get_args
 
-from ros_scenesense.cli.launch import add_domain_arguments
+from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.messages.grounding import Feedback, FeedbackResult, RelationName
 
@@ -29,13 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scene", metavar="ID", help="scene id (default: the newest scene that has both objects)"
     )
     add_domain_arguments(parser)
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        metavar="SECONDS",
-        default=10.0,
-        help="time for a node to be found, and then to answer (default: %(default)g)",
-    )
+    add_timeout_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

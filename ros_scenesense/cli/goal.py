@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import uuid
 
-from ros_scenesense.cli.launch import add_domain_arguments
+from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
 from ros_scenesense.messages.actions import Goal, Plan, PlannedAction
 from ros_scenesense.stages.goal_words import words_of
 
@@ -23,13 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EPILOG
     parser.add_argument("goal", metavar="GOAL", help="what is to hold in the end")
     add_domain_arguments(parser)
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        metavar="SECONDS",
-        default=300.0,
-        help="time for a node to be found, and then to pursue the goal (default: %(default)g)",
-    )
+    add_timeout_argument(parser, 300.0, "to pursue the goal")
 
 
 def run(arguments: argparse.Namespace) -> int:

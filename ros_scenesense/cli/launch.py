@@ -12,13 +12,13 @@ from typing import Any
 import platformdirs
 
 from ros_scenesense.errors import ParameterError
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.nodes.registry import DEFAULT_NODES, NODES
 
 _EPILOG = """\
-A node that dies, or gives no sign of life, is started again: after 0.5 s, then 1, 2, 4 and 8 s.
-When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and the
-end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after 3 s
-more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
+A node that dies, or gives no sign of life, is started again: after 0.1 s, then 0.2, 0.4, 0.8 and
+1.6 s. When it dies more than 5 times within 60 s, or cannot start at all, everything is stopped and
+the end of its log is shown. Ctrl-C (or SIGTERM) stops all nodes: SIGINT, after 5 s SIGTERM, after
+3 s more SIGKILL. Exit code: 0 when asked to stop, 2 for a wrong value, 1 when a node failed.
 """
 
 
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--nodes",
         nargs="+",
         metavar="NODE",
-        default=list(NODES),
+        default=list(DEFAULT_NODES),
         help=f"start only these: {', '.join(NODES)}",
     )
     parser.add_argument(
@@ -41,11 +41,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder that the nodes remember in (default: %(default)s)",
     )
     parser.add_argument(
+        "--record",
+        nargs="?",
+        type=Path,
+        metavar="DIR",
+        const=Path("bags"),
+        help="record the session into a bag in this folder (default: %(const)s); see "
+        "`scenesense bag`",
+    )
+    parser.add_argument(
         "--remap",
         action="append",
         metavar="FROM:=TO",
         default=[],
         help="another name for a topic, e.g. of a camera driver's; may be repeated",
+    )
+    parser.add_argument(
+        "--sim-time",
+        action="store_true",
+        help="take the time from the topic /clock, e.g. of `scenesense bag play --clock`",
     )
     parser.add_argument(
         "--silence",
@@ -97,19 +111,37 @@ def add_domain_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_timeout_argument(
+    parser: argparse.ArgumentParser, seconds: float = 10.0, then: str = "to answer"
+) -> None:
+    """Declares how long to wait for a node: for all that ask one."""
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        default=seconds,
+        help=f"time for a node to be found, and then {then} (default: %(default)g)",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Runs the graph until SIGINT or SIGTERM."""
     # Imports ROS: not for `--help`.
     from ros_scenesense.launcher import Graph, GraphOptions
+    from ros_scenesense.launcher.options import with_recorder
 
     options = GraphOptions(
         nodes=tuple(arguments.nodes),
         state_dir=arguments.state,
         remaps=tuple(arguments.remap),
+        sim_time=arguments.sim_time,
         silence_s=arguments.silence,
         **graph_options(arguments),
     )
-    with _stop_requests() as requests:
+    if arguments.record is not None:
+        options = with_recorder(options, arguments.record)
+        print(f"the session is recorded into a bag in {arguments.record}", flush=True)
+    with stop_requests() as requests:
         graph = Graph(options, report=lambda line: print(line, flush=True))
         print(f"logs are in {graph.log_dir}", flush=True)
         with graph:
@@ -152,7 +184,7 @@ def parse_overrides(words: Sequence[str]) -> dict[str, dict[str, object]]:
 
 
 @contextmanager
-def _stop_requests() -> Iterator[list[int]]:
+def stop_requests() -> Iterator[list[int]]:
     """Collects SIGINT and SIGTERM instead of dying of them, so that stopping is orderly."""
     received: list[int] = []
     numbers = (signal.SIGINT, signal.SIGTERM)

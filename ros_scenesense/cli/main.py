@@ -18,6 +18,7 @@ COMMANDS = {
     "feedback": "tell the running graph how two objects are related",
     "groundings": "draw what prepositions mean to the robot, as it learned",
     "params": "list the parameters of all nodes, or make a params file",
+    "bag": "record a session of the graph, tell what a recording holds, repair and play it",
     "dataset": "make, verify, count and show datasets of simulated scenes",
     "scene": "draw one scene and list what is known of it",
     "perceive": "find objects, relations and decisions in one real RGB-D frame",
@@ -31,6 +32,7 @@ COMMANDS = {
     "train": "train the network that answers where reasoning is undecided",
     "axioms": "list learned axioms and their history; pin, veto or accept one",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
+    "timing": "tell how long the steps of the running graph take; as CSV too",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",
 }

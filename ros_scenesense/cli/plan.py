@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.cli.scene_source import add_scene_arguments, scene_of
 from ros_scenesense.errors import ParameterError, SceneSenseError
 from ros_scenesense.knowledge.action_language import load, parse_goal
@@ -75,12 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="list all plans that are equally good")
     parser.add_argument("--count", action="store_true", help="only count these plans, by length")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    for declared in (_STEPS, _MOST, _SECONDS):
-        parser.add_argument(
-            declared.name,
-            metavar=declared.type.__name__.upper(),
-            help=f"{declared.description} (default: {declared.default})",
-        )
+    add_declared(parser, (_STEPS, _MOST, _SECONDS))
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -151,10 +147,6 @@ def _task_of(domain: Path, goal: str, withheld: list[str]) -> PlanningTask:
 
 
 def _limits(arguments: argparse.Namespace) -> PlanningLimits:
-    def value(declared: Parameter) -> Any:
-        given = getattr(arguments, declared.name[2:].replace("-", "_"))
-        return declared.default if given is None else declared.check(given)
-
     aim = Aim.SHORTEST
     if arguments.optimal:
         aim = Aim.OPTIMAL
@@ -163,10 +155,10 @@ def _limits(arguments: argparse.Namespace) -> PlanningLimits:
     return PlanningLimits(
         aim=aim,
         every=arguments.all or arguments.count,
-        horizon=value(_HORIZON),
-        max_steps=value(_STEPS),
-        max_plans=value(_MOST),
-        time_limit_s=value(_SECONDS),
+        horizon=value_of(arguments, _HORIZON),
+        max_steps=value_of(arguments, _STEPS),
+        max_plans=value_of(arguments, _MOST),
+        time_limit_s=value_of(arguments, _SECONDS),
     )
 
 

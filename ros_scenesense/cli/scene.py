@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ros_scenesense.cli.declared import add_declared
+from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
 from ros_scenesense.simulation.engine import SimulationConfiguration, SimulationEngine
@@ -69,9 +69,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _scene_of(arguments: argparse.Namespace) -> SimulatedScene:
-    index = int(_INDEX.check(arguments.index or _INDEX.default))
+    index = value_of(arguments, _INDEX)
     if arguments.source is None:
-        seed = int(_SEED.check(arguments.seed or _SEED.default))
+        seed = value_of(arguments, _SEED)
         given = {"arrangement": arguments.arrangement or _ARRANGEMENT.default}
         with closing(SimulationEngine(build(SimulationConfiguration, given))) as engine:
             return engine.scene(seed, index)

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.reasoning.described_scenes import (
-    GIVEN,
     KnownScene,
     described_scene,
     is_recorded,
     read_content,
     recorded_scene,
 )
-from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
+from ros_scenesense.stages.true_scenes import true_scene
 
 if TYPE_CHECKING:
     from ros_scenesense.simulation.engine import SimulatedScene
@@ -48,12 +47,12 @@ def scene_of(arguments: argparse.Namespace) -> KnownScene:
     """
     path: Path = arguments.scene
     if path.is_dir():
-        return _truth(_of_dataset(path, arguments.index or 0))
+        return true_scene(_of_dataset(path, arguments.index or 0))
     if arguments.index is not None:
         raise ParameterError(f"--index: '{path}' is no dataset, leave it out")
     content = read_content(path)
     if isinstance(content["objects"], list):
-        return _truth(_simulated(path))
+        return true_scene(_simulated(path))
     if is_recorded(content):
         return recorded_scene(content, str(path))
     return described_scene(content, str(path))
@@ -75,24 +74,3 @@ def _simulated(path: Path) -> SimulatedScene:
     (file,) = read_scenes(path)
     with closing(SimulationEngine(SimulationConfiguration())) as engine:
         return engine.written(file)
-
-
-def _truth(scene: SimulatedScene) -> KnownScene:
-    facts, _ = SceneFacts.checked(
-        (
-            SceneObject(each.name, True, each.size, each.surface, GIVEN, GIVEN)
-            for each in scene.objects
-        ),
-        (
-            PairRelation(
-                each.object,
-                each.reference,
-                each.position,
-                each.distance,
-                position_source=GIVEN,
-                distance_source=GIVEN,
-            )
-            for each in scene.relations
-        ),
-    )
-    return KnownScene(facts)

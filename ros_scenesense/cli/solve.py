@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.cli.domain_files import (
     add_translation_arguments,
     load_domain,
@@ -49,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = __doc__
     parser.epilog = _EPILOG
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".al, .sp or .lp files")
-    _add(parser, _MODELS)
+    add_declared(parser, (_MODELS,))
     add_limits(parser)
     parser.add_argument(
         "--optimize",
@@ -77,8 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Declares how long the solver may take, and how much memory."""
-    for declared in (_SECONDS, _MEMORY):
-        _add(parser, declared)
+    add_declared(parser, (_SECONDS, _MEMORY))
 
 
 def time_limit(arguments: argparse.Namespace) -> float:
@@ -87,7 +87,7 @@ def time_limit(arguments: argparse.Namespace) -> float:
     Raises:
         ParameterError: If the value is wrong.
     """
-    return float(_checked(_SECONDS, arguments.time_limit))
+    return float(value_of(arguments, _SECONDS))
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -154,7 +154,7 @@ def _asked(arguments: argparse.Namespace) -> _Asked:
         )
     options = translation_options(arguments)
     common: dict[str, Any] = {
-        "models": int(_checked(_MODELS, arguments.models)),
+        "models": value_of(arguments, _MODELS),
         "optimize": arguments.optimize,
         "time_limit_s": time_limit(arguments),
     }
@@ -199,19 +199,7 @@ def memory_gib(arguments: argparse.Namespace) -> float:
     Raises:
         ParameterError: If the value is wrong.
     """
-    return float(_checked(_MEMORY, arguments.memory_limit))
-
-
-def _add(parser: argparse.ArgumentParser, declared: Parameter) -> None:
-    parser.add_argument(
-        declared.name,
-        metavar=declared.type.__name__.upper(),
-        help=f"{declared.description} (default: {declared.default})",
-    )
-
-
-def _checked(declared: Parameter, value: object) -> Any:
-    return declared.default if value is None else declared.check(value)
+    return float(value_of(arguments, _MEMORY))
 
 
 def _failed(failure: JobFailure, question: Question, memory_gib: float, command: str) -> int:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build
 
@@ -32,9 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dataset", type=Path, metavar="DIR", help="learn from the scenes of a dataset instead"
     )
-    for declared in (_SCENES, _SEED, _ITERATIONS):
-        words = f"{declared.description} ({declared.allowed}; default {declared.default})"
-        parser.add_argument(f"--{declared.name}", default=declared.default, help=words)
+    add_declared(parser, (_SCENES, _SEED, _ITERATIONS))
     parser.add_argument(
         "--noise",
         default="kinect",
@@ -42,9 +42,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--withheld",
-        default=_ALL,
-        help="axioms that reasoning does without, so that there is something to learn "
-        "(default: %(default)s)",
+        action="append",
+        metavar="IDS",
+        help="axioms that reasoning does without, so that there is something to learn; given "
+        f"several times, the scenes are shown again for each (default: {_ALL}, and then none)",
     )
     parser.add_argument("--device", default="cpu", help="cpu, cuda, cuda:1, ... (default: cpu)")
 
@@ -52,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Collects, trains, writes the network."""
     from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
-    from ros_scenesense.attention.networks.training import Training, TrainingConfiguration
+    from ros_scenesense.attention.networks.training import Training, query_training
+    from ros_scenesense.attention.training_set import joined
     from ros_scenesense.experiments.labelled_scenes import collect_examples
     from ros_scenesense.stages.attention import SIDE
     from ros_scenesense.stages.attention_store import AttentionStore
@@ -62,32 +64,35 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out.suffix != ".pt":
         raise ParameterError(f"--out is '{arguments.out}', must be a file name that ends in .pt")
-    seed, iterations = (
-        int(_SEED.check(arguments.seed)),
-        int(_ITERATIONS.check(arguments.iterations)),
-    )
+    seed, iterations = value_of(arguments, _SEED), value_of(arguments, _ITERATIONS)
     values: dict[str, object] = {"seed": seed, "noise": arguments.noise}
     scenes = None
     if arguments.dataset is None:
-        scenes = values["scenes"] = int(_SCENES.check(arguments.scenes))
+        scenes = values["scenes"] = value_of(arguments, _SCENES)
     else:
         values["dataset"] = str(arguments.dataset)
     camera = build(SimulatedCameraConfiguration, values)
-    reasoner = build(ReasonerConfiguration, {"withheld": arguments.withheld})
+    reasoners = [
+        build(ReasonerConfiguration, {"withheld": each})
+        for each in (arguments.withheld if arguments.withheld else (_ALL, ""))
+    ]
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}")
     with tempfile.TemporaryDirectory() as state, Progress(*columns, TimeRemainingColumn()) as bars:
-        bar = bars.add_task("scenes", total=scenes)
-        judged = collect_examples(camera, reasoner, state, lambda n: bars.update(bar, completed=n))
-        store = AttentionStore(Path(state) / "attention.db", Health(), SIDE)
-        examples = store.training_set()
-        store.close()
-        training, held_out = examples.parts()
+        collected = []
+        for number, reasoner in enumerate(reasoners):
+            bar = bars.add_task(f"scenes, without {reasoner.withheld or 'none'}", total=scenes)
+            folder = Path(state) / str(number)
+            judged = collect_examples(camera, reasoner, str(folder), partial(_show, bars, bar))
+            store = AttentionStore(folder / "attention.db", Health(), SIDE)
+            collected.append(store.training_set())
+            store.close()
+        training, held_out = joined(collected).parts()
         bar = bars.add_task("iterations at most", total=iterations)
         going = Training(
             QueryNetworkConfiguration(side=SIDE),
             training,
             held_out,
-            TrainingConfiguration(iterations=iterations, flip=True, seed=seed),
+            query_training(iterations, seed),
             arguments.device,
         )
         while not going.finished:
@@ -102,3 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
         highlight=False,
     )
     return 0
+
+
+def _show(bars: Progress, bar: TaskID, done: int) -> None:
+    bars.update(bar, completed=done)

@@ -134,7 +134,7 @@ def make_card(scene: SceneRecord, record: RunRecord) -> Card:
         number=scene.number + 1,
         scene_id=scene.scene_id,
         lost=scene.lost.reason if scene.is_lost and scene.lost else None,
-        image=_png(color) if color else None,
+        image=png_of(color) if color else None,
         width=width,
         height=height,
         drawings=_drawings(instances, objects, decisions) if instances else [],
@@ -277,7 +277,8 @@ def _drawings(
     return drawings
 
 
-def _png(image: Image) -> str:
+def png_of(image: Image) -> str:
+    """A colour image as PNG in base64."""
     ok, encoded = cv2.imencode(".png", cv2.cvtColor(image.pixels, cv2.COLOR_RGB2BGR))
     assert ok, "an (H, W, 3) uint8 image can always be written as PNG"
     return base64.b64encode(encoded.tobytes()).decode()

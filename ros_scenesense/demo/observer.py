@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import rclpy
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Image as ImageMessage
-from std_msgs.msg import Float32, String
+from std_msgs.msg import String
 
-from ros_scenesense.demo.record import Image, RunRecord
+from ros_scenesense.demo.record import Image
 from ros_scenesense.errors import FrameError, MessageError
 from ros_scenesense.messages.attention import Estimates, Rois
 from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
+from ros_scenesense.messages.learning import Axioms
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.messages.topics import TOPICS, QosClass
 from ros_scenesense.nodes.conversions import color_of, instances_of, stamp_of
 from ros_scenesense.nodes.frames import TOPIC_OF_PART
 from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.nodes.timing_watch import TimingWatch
 from ros_scenesense.stages.protocol import Timing
 
 _MESSAGES: tuple[type[AnyMessage], ...] = (
@@ -37,11 +39,17 @@ _MESSAGES: tuple[type[AnyMessage], ...] = (
     Rois,
     Estimates,
     Knowledge,
+    Axioms,
     Heartbeat,
 )
-_TIMING_TYPE = "std_msgs/msg/Float32"
-_SEARCH_S = 0.2
 _REFRESH_S = 0.1
+
+
+class Taker(Protocol):
+    """Takes what is received."""
+
+    def take(self, item: AnyMessage | Image | Timing, now_ns: int) -> None:
+        """Takes a message, an image or a timing."""
 
 
 class Observer:
@@ -50,17 +58,23 @@ class Observer:
     Args:
         record: Takes what is received.
         refresh: Called ten times a second, whatever happens.
+        more: Message types to subscribe to besides those of every report.
         node_options: Passed on to `rclpy.create_node`: `context`, `namespace`.
 
     Attributes:
         node: For the caller's executor; the caller destroys it.
     """
 
-    def __init__(self, record: RunRecord, refresh: Callable[[], None], **node_options: Any) -> None:
+    def __init__(
+        self,
+        record: Taker,
+        refresh: Callable[[], None],
+        more: Iterable[type[AnyMessage]] = (),
+        **node_options: Any,
+    ) -> None:
         self.node = rclpy.create_node("demo", **node_options)
         self._record = record
-        self._heard: set[str] = set()
-        for message in _MESSAGES:
+        for message in (*_MESSAGES, *more):
             topic = TOPICS[message]
             take = partial(self._take_json, message)
             self.node.create_subscription(String, topic.name, take, profile_of(topic.qos))
@@ -72,17 +86,8 @@ class Observer:
             take_image = partial(self._take_image, read)
             self.node.create_subscription(ImageMessage, topic_name, take_image, frames)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.node.create_timer(_SEARCH_S, self._subscribe_to_timings, clock=steady)
+        TimingWatch(self.node, self._take)
         self.node.create_timer(_REFRESH_S, refresh, clock=steady)
-
-    def _subscribe_to_timings(self) -> None:
-        # Nobody knows in advance which steps the nodes will time.
-        start = f"{self.node.get_namespace().rstrip('/')}/timing/"
-        for topic, types in self.node.get_topic_names_and_types():
-            if topic.startswith(start) and _TIMING_TYPE in types and topic not in self._heard:
-                self._heard.add(topic)
-                take = partial(self._take_timing, topic.removeprefix(start))
-                self.node.create_subscription(Float32, topic, take, profile_of(QosClass.REQUEST))
 
     def _take_json(self, message: type[AnyMessage], received: String) -> None:
         try:
@@ -95,9 +100,6 @@ class Observer:
             self._take(Image(stamp_of(received.header), read(received)))
         except FrameError as error:
             self.node.get_logger().warning(f"ignored: {error}")
-
-    def _take_timing(self, name: str, received: Float32) -> None:
-        self._take(Timing(name, float(received.data)))
 
     def _take(self, item: AnyMessage | Image | Timing) -> None:
         self._record.take(item, int(self.node.get_clock().now().nanoseconds))

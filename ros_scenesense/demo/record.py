@@ -17,6 +17,7 @@ from ros_scenesense.messages.attention import Estimate, Estimates, Rois
 from ros_scenesense.messages.base import AnyMessage, SceneMessage
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.health import Heartbeat
+from ros_scenesense.messages.learning import Axioms
 from ros_scenesense.messages.reasoning import Belief, Beliefs, Knowledge, Verdict, Verdicts
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.scene import DecisionStatus, Task, Truth
@@ -84,12 +85,14 @@ class SceneRecord:
         scene_id: `<session>-<number>`.
         number: Place in the session, from 0.
         settled_ns: When the estimates came, nanoseconds; None before.
+        cycle: Learning cycles that there had been when reasoning decided about it.
         stamps_ns: The stamps under which it was shown.
     """
 
     scene_id: str
     number: int
     settled_ns: int | None = None
+    cycle: int = 0
     stamps_ns: list[int] = field(default_factory=list)
     scene: Scene | None = None
     labels: Labels | None = None
@@ -201,21 +204,24 @@ class RunRecord:
 
     Args:
         session: First part of the scene ids; scenes of other sessions are counted and ignored.
+            None = all are taken.
 
     Attributes:
         scenes: By scene id, in the order in which they were first heard of.
         nodes: By node name.
         timings: Milliseconds by timing name, in the order in which they came.
         knowledge: The axioms in force.
+        cycles: The learned axioms after each learning cycle.
         foreign: Number of messages about scenes of other sessions.
     """
 
-    def __init__(self, session: str) -> None:
+    def __init__(self, session: str | None) -> None:
         self.session = session
         self.scenes: dict[str, SceneRecord] = {}
         self.nodes: dict[str, NodeRecord] = {}
         self.timings: dict[str, list[float]] = {}
         self.knowledge: Knowledge | None = None
+        self.cycles: list[Axioms] = []
         self.foreign = 0
         self._images: dict[tuple[int, bool], Image] = {}
 
@@ -228,10 +234,17 @@ class RunRecord:
                 self.timings.setdefault(item.name, []).append(item.milliseconds)
             case Knowledge():
                 self.knowledge = item
+            case Axioms():
+                if item.cycle > self._cycle:
+                    self.cycles.append(item)
             case Heartbeat():
                 self._take_heartbeat(item, now_ns)
             case SceneMessage() if type(item) in _PARTS:
                 self._take_part(item, _PARTS[type(item)], now_ns)
+
+    @property
+    def _cycle(self) -> int:
+        return self.cycles[-1].cycle if self.cycles else 0
 
     def in_order(self) -> list[SceneRecord]:
         """The scenes by number."""
@@ -283,7 +296,7 @@ class RunRecord:
 
     def _take_part(self, item: SceneMessage, part: str, now_ns: int) -> None:
         session, _, number = item.scene_id.rpartition("-")
-        if session != self.session or not number.isdecimal():
+        if self.session not in (None, session) or not number.isdecimal():
             self.foreign += 1
             return
         record = self.scenes.setdefault(item.scene_id, SceneRecord(item.scene_id, int(number)))
@@ -294,6 +307,8 @@ class RunRecord:
         setattr(record, part, item)
         if isinstance(item, Estimates):
             record.settled_ns = now_ns
+        if isinstance(item, Beliefs):
+            record.cycle = self._cycle
 
 
 def _decision(

@@ -78,8 +78,15 @@ def render(record: RunRecord, summary: Summary) -> str:
         "bars": _bars(summary),
         "axioms": _axiom_uses(record),
         "font_size": FONT_SIZE,
+        "learned_cycles": _learned_cycles(summary),
     }
     return environment.get_template("report.html.j2").render(context)
+
+
+def _learned_cycles(summary: Summary) -> list[int]:
+    if summary.learning is None:
+        return []
+    return [each.cycle for each in summary.learning.cycles if each.cycle]
 
 
 def _bars(summary: Summary) -> list[Bar]:

@@ -15,10 +15,13 @@ from ros_scenesense.demo.domains import LAST_DOMAIN, choose_domain
 from ros_scenesense.demo.observer import Observer
 from ros_scenesense.demo.record import RunRecord
 from ros_scenesense.demo.report import write_report
+from ros_scenesense.demo.run_folder import make_folder, new_folder
 from ros_scenesense.demo.summary import Outcome, RunEnd, RunInfo, Summary, summarise, write_summary
 from ros_scenesense.demo.tables import (
+    axioms_table,
     final_words,
     latency_line,
+    learning_table,
     legend,
     scenes_table,
     totals_table,
@@ -26,6 +29,7 @@ from ros_scenesense.demo.tables import (
 from ros_scenesense.demo.view import make_view
 from ros_scenesense.errors import LaunchError, ParameterError
 from ros_scenesense.launcher import Graph, GraphOptions
+from ros_scenesense.launcher.options import with_recorder
 from ros_scenesense.parameters import parameter
 from ros_scenesense.simulation.arrangements import Arrangement
 
@@ -34,6 +38,16 @@ _POLL_S = 0.1
 _GRACE_S = 2.0
 _SHOWN_SCENES = 40
 _NOT_GIVEN = -1
+
+LEARNING_SCENES = 320
+"""Scenes of a run that learns: enough for five cycles, and to see what the last one changed."""
+
+LEARNING = {
+    "reasoner": {"withheld": "s1,s2,s3,o1,o2,o3"},
+    "attention": {"network": "none"},
+    "simulated_camera": {"mode": "training"},
+}
+"""Parameters of a run that learns; what the user says is stronger."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +74,12 @@ class DemoOptions:
         "seconds for all scenes once the nodes are ready; if not given 60 and 5 a scene",
         minimum=1.0,
     )
+    record: bool = parameter(False, "record the run into a bag in the run folder")
+    learn: bool = parameter(
+        False,
+        "start without the axioms that are to be learned, and show how they are; "
+        f"{LEARNING_SCENES} scenes if not given",
+    )
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     @property
@@ -75,6 +95,7 @@ class DemoOptions:
             value = getattr(self, name)
             if value != "":
                 words += [f"--{name}", str(value)]
+        words += [f"--{name}" for name in ("record", "learn") if getattr(self, name)]
         for node, values in self.overrides.items():
             for name, value in values.items():
                 words += ["-p", f"{node}.{name}={value}"]
@@ -106,10 +127,11 @@ class Demo:
         domain = None if options.domain_id == _NOT_GIVEN else options.domain_id
         self._options = options
         self._console = console
-        self._folder = Path(options.out) if options.out else _new_folder(started)
-        self._record = RunRecord(f"{started:%Y%m%dT%H%M%S}-{started.microsecond:06d}")
+        self._folder = Path(options.out) if options.out else new_folder(started)
+        session = f"{started:%Y%m%dT%H%M%S}-{started.microsecond:06d}"
+        self._record = RunRecord(session)
         self._info = RunInfo(
-            session=self._record.session,
+            session=session,
             started=f"{started:%Y-%m-%d %H:%M:%S} UTC",
             command=options.command,
             seed=options.seed,
@@ -120,7 +142,7 @@ class Demo:
         self._view = make_view(console, self._record, self._info)
         self._graph = Graph(self._graph_options(), report=self._view.event)
         self._ready_ns = 0
-        _make_folder(self._folder)
+        make_folder(self._folder)
 
     def run(self) -> DemoResult:
         """Runs the graph until all scenes are settled, then writes what was seen.
@@ -192,7 +214,10 @@ class Demo:
             "arrangement": self._options.arrangement,
             "session": self._info.session,
         }
-        overrides = dict(self._options.overrides)
+        overrides: dict[str, Mapping[str, object]] = dict(self._options.overrides)
+        if self._options.learn:
+            for node, values in LEARNING.items():
+                overrides[node] = {**values, **overrides.get(node, {})}
         chosen = overrides.get("simulated_camera", {})
         for name in camera.keys() & chosen.keys():
             raise ParameterError(
@@ -200,13 +225,14 @@ class Demo:
                 "say --scenes, --seed or --arrangement"
             )
         overrides["simulated_camera"] = {**chosen, **camera}
-        return GraphOptions(
+        options = GraphOptions(
             domain_id=self._info.domain_id,
             parameters_file=Path(self._options.params) if self._options.params else None,
             overrides=overrides,
             state_dir=self._folder / "state",
             log_dir=self._folder / "logs",
         )
+        return with_recorder(options, self._folder) if self._options.record else options
 
     def _scenes_s(self) -> float | None:
         settled_ns = [scene.settled_ns for scene in self._record.settled() if scene.settled_ns]
@@ -227,30 +253,18 @@ def show_result(result: DemoResult, console: Console) -> None:
     summary = result.summary
     scenes = result.record.settled()
     parts = [totals_table(summary.finals), legend(), latency_line(result.record)]
+    if summary.learning is not None:
+        parts[:0] = [axioms_table(summary.learning), learning_table(summary.learning)]
     if console.is_terminal:  # else every scene has had its line
         parts.insert(0, scenes_table(scenes[-_SHOWN_SCENES:]))
     for part in parts:
         console.print(part)
         console.print()
     console.print(final_words(summary), highlight=False)
-    for name, what in (("report.html", "report "), ("summary.json", "figures")):
-        console.print(
-            f"{what}  {result.folder / name}", markup=False, highlight=False, soft_wrap=True
-        )
-
-
-def _new_folder(started: datetime) -> Path:
-    name = f"{started:%Y%m%d-%H%M%S}"
-    folder = Path("runs") / name
-    number = 1
-    while folder.exists():
-        number += 1
-        folder = folder.with_name(f"{name}-{number}")
-    return folder
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        (folder / "logs").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ParameterError(f"run folder '{folder}' cannot be made: {error}") from error
+    files = [
+        ("report ", result.folder / "report.html"),
+        ("figures", result.folder / "summary.json"),
+    ]
+    files += [("bag    ", bag) for bag in sorted(result.folder.glob("bag-*"))]
+    for what, file in files:
+        console.print(f"{what}  {file}", markup=False, highlight=False, soft_wrap=True)

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from ros_scenesense.demo.finals import FinalSummary, by_subject, share, summarise_finals
+from ros_scenesense.demo.learning_curve import LearningSummary, summarise_learning
 from ros_scenesense.demo.record import Decision, NodeRecord, RunRecord
 from ros_scenesense.messages.reasoning import Knowledge
 from ros_scenesense.nodes.registry import NODES
@@ -109,6 +110,7 @@ class Summary(
     latency: dict[str, Latency]
     nodes: dict[str, NodeSummary]
     knowledge: KnowledgeSummary | None
+    learning: LearningSummary | None = None
     versions: dict[str, str]
     machine: dict[str, str | int]
 
@@ -171,6 +173,7 @@ def summarise(record: RunRecord, info: RunInfo, end: RunEnd) -> Summary:
         },
         nodes={name: _node(record.nodes[name]) for name in sorted(record.nodes, key=graph_order)},
         knowledge=None if knowledge is None else _knowledge(knowledge),
+        learning=summarise_learning(record),
         versions=versions(),
         machine=machine(),
     )

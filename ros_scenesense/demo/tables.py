@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ros_scenesense.demo.finals import DECIDERS, FinalSummary, SourceSummary, summarise_final
+from ros_scenesense.demo.learning_curve import LearningSummary
 from ros_scenesense.demo.record import RunRecord, SceneRecord, Subject
 from ros_scenesense.demo.summary import Summary, graph_order, summarise_latency
 
@@ -24,6 +25,7 @@ _LEGEND = (
     "strict: follows without exception   default: normally so   network: where axioms say nothing\n"
     "right: of all whose truth is clear, decided or not"
 )
+_BAR = 12
 _COLUMNS = (("strict", 6), ("default", 7), ("network", 7), ("open", 4))
 _SAID = {"reasoning": "strict", "default": "by default", "network": "by the network"}
 
@@ -62,6 +64,49 @@ def totals_table(finals: dict[str, FinalSummary]) -> Table:
             _percent(final.reasoning_right_share),
         )
     return table
+
+
+def learning_table(learning: LearningSummary) -> Table:
+    """What reasoning decided from cycle to cycle, one row for each."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
+    table.add_column("\nlearning cycle")
+    for title in ("\nscenes", "axioms\nlearned", "reasoning\ndecided", "\nstable?", "\noccluded?"):
+        table.add_column(title, justify="right")
+    table.add_column("\nright", justify="right")
+    table.add_column("\nof decided", justify="right")
+    table.add_column("", min_width=_BAR)
+    for each in filter(lambda cycle: cycle.scenes, learning.cycles):
+        shares = (each.decided_share, each.stability_share, each.occlusion_share)
+        table.add_row(
+            f"after {each.cycle}" if each.cycle else "before",
+            str(each.scenes),
+            str(each.axioms),
+            *map(_percent, shares),
+            _percent(each.right_share),
+            _percent(each.accuracy),
+            _share_bar(each.decided_share),
+        )
+    return table
+
+
+def axioms_table(learning: LearningSummary) -> Table:
+    """Every learned axiom with its strength after each cycle."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, collapse_padding=True)
+    table.add_column("learned axiom, strength after cycle", min_width=34)
+    cycles = [each.cycle for each in learning.cycles if each.cycle]
+    for cycle in cycles:
+        table.add_column(str(cycle), justify="right", min_width=4)
+    for axiom in learning.axioms:
+        strengths = [axiom.strengths.get(cycle) for cycle in cycles]
+        cells = ["·" if each is None else f"{each:.2f}" for each in strengths]
+        table.add_row(Text(axiom.text), *cells)
+    return table
+
+
+def cycle_line(cycle: int, learning: LearningSummary) -> str:
+    """What a cycle has taught, in one line of plain words."""
+    new = [each.text for each in learning.axioms if min(each.strengths) == cycle]
+    return f"learning cycle {cycle}: {' '.join(new) or 'nothing new'}"
 
 
 def latency_line(record: RunRecord) -> Text:
@@ -157,6 +202,11 @@ def _signs(*counts: tuple[int, str, str]) -> Text:
 
 def _milliseconds(value: float) -> str:
     return f"{value:.0f} ms" if value >= 100.0 else f"{value:.3g} ms"
+
+
+def _share_bar(share: float | None) -> Text:
+    full = 0 if share is None else round(_BAR * share)
+    return Text("█" * full, style="green") + Text("░" * (_BAR - full), style="dim")
 
 
 def _percent(share: float | None) -> Text:

@@ -12,12 +12,21 @@ from rich.table import Table
 from rich.text import Text
 
 from ros_scenesense.demo.finals import summarise_finals
+from ros_scenesense.demo.learning_curve import LearningSummary, summarise_learning
 from ros_scenesense.demo.record import RunRecord
 from ros_scenesense.demo.summary import RunInfo, graph_order
-from ros_scenesense.demo.tables import latency_line, scene_line, scenes_table, totals_table
+from ros_scenesense.demo.tables import (
+    cycle_line,
+    latency_line,
+    learning_table,
+    scene_line,
+    scenes_table,
+    totals_table,
+)
 
 _SILENT_NS = 2_000_000_000
 _RESERVED_LINES = 23
+_LEARNING_EVERY = 10
 
 
 class View(Protocol):
@@ -50,6 +59,7 @@ class PlainView:
         self._record = record
         self._asked = info.asked
         self._shown: set[str] = set()
+        self._cycles = 0
 
     def open(self) -> None:
         """Nothing to do: lines need no preparation."""
@@ -64,6 +74,11 @@ class PlainView:
             if scene.scene_id not in self._shown and (scene.is_complete or scene.is_lost):
                 self._shown.add(scene.scene_id)
                 self.event(scene_line(scene, self._asked))
+        if len(self._record.cycles) > self._cycles:
+            self._cycles = len(self._record.cycles)
+            learning = summarise_learning(self._record)
+            assert learning is not None
+            self.event(cycle_line(self._record.cycles[-1].cycle, learning))
 
     def close(self) -> None:
         """Prints the scenes whose parts did not all come."""
@@ -80,6 +95,8 @@ class LiveView:
         self._record = record
         self._info = info
         self._event = "starting the nodes"
+        self._counted = (0, 0)
+        self._curve: LearningSummary | None = None
         self._live = Live(console=console, auto_refresh=False, transient=True)
 
     def open(self) -> None:
@@ -101,7 +118,13 @@ class LiveView:
 
     def _picture(self) -> RenderableType:
         scenes = self._record.settled()
-        fitting = max(3, self._console.height - _RESERVED_LINES)
+        learning = self._learning(len(scenes))
+        reserved = _RESERVED_LINES
+        learned: list[RenderableType] = []
+        if learning is not None:
+            reserved += len(learning.cycles) + 4
+            learned = [learning_table(learning), ""]
+        fitting = max(3, self._console.height - reserved)
         return Group(
             self._progress(len(scenes)),
             _nodes_line(self._record, time.time_ns()),
@@ -111,8 +134,16 @@ class LiveView:
             "",
             totals_table(summarise_finals(self._record.decisions())),
             "",
+            *learned,
             latency_line(self._record),
         )
+
+    def _learning(self, settled: int) -> LearningSummary | None:
+        """The figures of learning, made anew now and then: it takes a while to count them all."""
+        count = (len(self._record.cycles), settled // _LEARNING_EVERY)
+        if count != self._counted:
+            self._counted, self._curve = count, summarise_learning(self._record)
+        return self._curve
 
     def _progress(self, settled: int) -> RenderableType:
         grid = Table.grid(padding=(0, 2))

@@ -73,7 +73,7 @@ class ExactScenes:
         """
         scenes: Scenes = {fluent: [] for fluent in FLUENTS}
         for record in records:
-            facts = _facts_of(record)
+            facts = facts_of(record)
             atoms = self._states.of(facts)
             if atoms is None:
                 raise DatasetError(
@@ -81,7 +81,7 @@ class ExactScenes:
                 )
             state = SceneState(tuple(each.name for each in facts.objects), atoms)
             reduced = self._decided(facts, self._withheld)
-            labels = _labels(record)
+            labels = labels_of(record)
             for fluent in FLUENTS:
                 scenes[fluent].append(
                     [
@@ -112,7 +112,7 @@ class ExactScenes:
             scenes: Their examples, as read.
             generator: Draws the exceptions.
         """
-        facts = [_facts_of(record) for record in records]
+        facts = [facts_of(record) for record in records]
         concluded = [self._decided(each, frozenset()) for each in facts]
         reduced = [self._decided(each, self._withheld) for each in facts]
         followed: dict[tuple[str, ...], list[bool]] = defaultdict(list)
@@ -253,7 +253,8 @@ def read_records(folder: Path, needed: int) -> list[SceneRecord]:
     return [reader.record(index) for index in range(needed)]
 
 
-def _facts_of(record: SceneRecord) -> SceneFacts:
+def facts_of(record: SceneRecord) -> SceneFacts:
+    """What is known of a scene of which everything is known."""
     return SceneFacts.checked(
         [SceneObject(each.name, size=each.size, surface=each.surface) for each in record.objects],
         [
@@ -263,7 +264,8 @@ def _facts_of(record: SceneRecord) -> SceneFacts:
     )[0]
 
 
-def _labels(record: SceneRecord) -> dict[str, list[bool | None]]:
+def labels_of(record: SceneRecord) -> dict[str, list[bool | None]]:
+    """By fluent the truth about every object; None where it is ambiguous."""
     known = {Truth.TRUE: True, Truth.FALSE: False}
     return {
         "stable": [known.get(each.stable) for each in record.object_labels],

@@ -9,9 +9,12 @@ decides, the majority class, our network's inputs without reasoning, and without
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ros_scenesense.errors import DatasetError, ParameterError
@@ -23,15 +26,15 @@ from ros_scenesense.experiments.estimation_plans import (
 )
 from ros_scenesense.experiments.estimation_report import Setting, report_on
 from ros_scenesense.experiments.estimation_samples import WAYS
-from ros_scenesense.experiments.estimation_scenes import chunks, look_at
-from ros_scenesense.experiments.estimation_trials import Tried, kept_trial
+from ros_scenesense.experiments.estimation_scenes import SEGMENTED, look_at
+from ros_scenesense.experiments.estimation_trials import Trial, Tried, kept_trial, numbers_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.results import write_atomically
 from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
 from ros_scenesense.simulation.engine import SimulationConfiguration
 
 _PLANS = {"estimation": ESTIMATION, "samples": SAMPLES}
-_SCENES_PER_FILE = 100
+SCENES_PER_FILE = 100
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,7 @@ def conduct(options: Options, say: Say) -> Outcome:
     with tempfile.TemporaryDirectory() as folder, dataset_of(options, plan, say) as dataset:
         views = options.work or Path(folder)
         scenes = look(dataset, views, plan, options, say)
+        look_segmented(dataset, views, scenes, plan, options, say)
         tried = try_all(views, scenes, plan, options, say)
     setting = Setting(
         experiment=options.experiment,
@@ -98,6 +102,7 @@ def conduct(options: Options, say: Say) -> Outcome:
         scenes=scenes,
         tests=plan.tests(scenes),
         repeats=plan.repeats,
+        large=plan.large,
         schedule=options.schedule,
     )
     return report_on(tried, setting)
@@ -122,8 +127,24 @@ def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) ->
     Raises:
         DatasetError: If there are too few, or the folder keeps others.
     """
-    from joblib import Parallel, delayed, parallel_config
+    whose, numbers = wanted(dataset, plan, options)
+    claim(folder, whose)
+    tasks = []
+    for start in range(0, len(numbers), SCENES_PER_FILE):
+        file = folder / f"{start:06d}.joblib"
+        if not file.exists():
+            part = numbers[start : start + SCENES_PER_FILE]
+            tasks.append(partial(look_at, dataset, part, options.seed, file))
+    look_in_parts(tasks, len(numbers), options.jobs, say)
+    return len(numbers)
 
+
+def wanted(dataset: Path, plan: Plan, options: Options) -> tuple[str, range]:
+    """Which scenes of a dataset are to be used, in words and by their numbers.
+
+    Raises:
+        DatasetError: If there are too few.
+    """
     from ros_scenesense.simulation.dataset.reader import DatasetReader
 
     reader = DatasetReader(dataset)
@@ -133,29 +154,68 @@ def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) ->
         raise DatasetError(
             f"{count} scenes are too few to train on {smallest} and test on a third: generate more"
         )
-    whose = f"{reader.metadata.fingerprint()} seed {options.seed}, {count} scenes\n"
-    _claim(folder, whose)
-    parts = {folder / f"{part.start:06d}.joblib": part for part in chunks(count, _SCENES_PER_FILE)}
-    missing = {file: part for file, part in parts.items() if not file.exists()}
-    if not missing:
-        return count
-    done = count - sum(map(len, missing.values()))
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        jobs = Parallel(n_jobs=min(options.jobs, len(missing)), return_as="generator")
-        for number in jobs(
-            delayed(look_at)(dataset, part, options.seed, file) for file, part in missing.items()
-        ):
-            done += number
-            if done % 500 < _SCENES_PER_FILE or done == count:
-                say(f"looked at {done} of {count} scenes")
-    return count
+    return f"{reader.metadata.fingerprint()} seed {options.seed}, {count} scenes\n", range(count)
 
 
-def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -> list[Tried]:
-    """Runs all trials of a plan on scenes that were looked at."""
+def look_segmented(
+    dataset: Path, folder: Path, scenes: int, plan: Plan, options: Options, say: Say
+) -> None:
+    """Shows scenes to the loop once more, as segmentation sees them, where a way is to use that."""
+    parts: dict[int, list[int]] = defaultdict(list)
+    for number in sorted(
+        {
+            number
+            for trial in trials_of(scenes, plan, options)
+            if trial.way in WAYS and WAYS[trial.way].segments
+            for part in numbers_of(trial, scenes)
+            for number in part
+        }
+    ):
+        parts[number // SCENES_PER_FILE].append(number)
+    tasks = []
+    for start, part in parts.items():
+        # Not all scenes are segmented, and another run may need others.
+        end = f"{zlib.crc32(repr(part).encode()):08x}"
+        file = folder / SEGMENTED / f"{start * SCENES_PER_FILE:06d}-{end}.joblib"
+        if not file.exists():
+            file.parent.mkdir(exist_ok=True)
+            tasks.append(partial(look_at, dataset, part, options.seed, file, segments=True))
+    look_in_parts(tasks, sum(map(len, parts.values())), options.jobs, say, "looked as segmented at")
+
+
+def look_in_parts(
+    tasks: Sequence[Callable[[], int]],
+    scenes: int,
+    jobs: int,
+    say: Say,
+    words: str = "looked at",
+) -> None:
+    """Looks at scenes in worker processes.
+
+    Args:
+        tasks: What is still to be done; each gives how many scenes it looked at.
+        scenes: How many there are, those of earlier runs among them.
+        jobs: Worker processes.
+        say: Takes a line every 500 scenes.
+        words: What is done.
+    """
     from joblib import Parallel, delayed, parallel_config
 
-    trials = [
+    if not tasks:
+        return
+    done = 0
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        working = Parallel(n_jobs=min(jobs, len(tasks)), return_as="generator")
+        for number in working(delayed(task)() for task in tasks):
+            before, done = done, done + number
+            if before // 500 < done // 500:
+                say(f"{words} {done} more of {scenes} scenes")
+    say(f"{words} all {scenes} scenes")
+
+
+def trials_of(scenes: int, plan: Plan, options: Options) -> list[Trial]:
+    """The trials that are wanted, of a plan with so many scenes."""
+    return [
         trial
         for trial in plan.trials(scenes, options.seed, options.schedule, options.device)
         if trial.way not in WAYS
@@ -165,6 +225,13 @@ def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -
             and (not options.sizes or trial.images in options.sizes)
         )
     ]
+
+
+def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -> list[Tried]:
+    """Runs all trials of a plan on scenes that were looked at."""
+    from joblib import Parallel, delayed, parallel_config
+
+    trials = trials_of(scenes, plan, options)
     tried = []
     with parallel_config(backend="loky", inner_max_num_threads=1):
         jobs = Parallel(
@@ -204,7 +271,7 @@ def dataset_of(
         yield Path(folder) / "dataset"
 
 
-def _claim(folder: Path, whose: str) -> None:
+def claim(folder: Path, whose: str) -> None:
     """Takes a folder for some scenes, or finds it taken for them."""
     mark = folder / "scenes.txt"
     if not mark.exists():

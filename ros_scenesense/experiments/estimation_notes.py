@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ros_scenesense.experiments.comparison import Comparison
+from ros_scenesense.experiments.estimation_trials import ITERATIONS
 
 if TYPE_CHECKING:
     from ros_scenesense.experiments.estimation_report import Setting
@@ -42,7 +43,8 @@ def _where_from(setting: Setting, alexnet: bool) -> str:
         "of perceived pixels, and relations come from SceneSense's own grounding. "
         f"{setting.scenes} scenes were used: {setting.tests} of them, the last ones, test, the "
         f"others are drawn from to train, {setting.repeats} times each with other images, weights "
-        "and batches; a fifth of the training images only says when to stop. **Incomplete "
+        f"and batches, once from {setting.large} images on; a fifth of the training images only "
+        "says when to stop. **Incomplete "
         "knowledge** lacks the six axioms that are to be learned, **complete** has them. "
         "**Accuracy** counts the occlusion of every object and the stability of every structure, "
         "what all ways estimate; no decision counts as a wrong one, ambiguous labels do not count. "
@@ -56,7 +58,8 @@ def _where_from(setting: Setting, alexnet: bool) -> str:
         )
     if setting.schedule == "validated":
         text += (
-            " Training takes 600 batches of 32 at most, fewer where held-out images gain nothing."
+            f" Training takes {ITERATIONS} batches at most (of 32; of 64 for our network), fewer "
+            "where held-out images gain nothing."
         )
     else:
         text += " LeNet and AlexNet are trained for the paper's numbers of iterations."
@@ -64,8 +67,8 @@ def _where_from(setting: Setting, alexnet: bool) -> str:
         text += (
             f" The paper has {_PAPERS_SCENES} scenes and up to 5000 training images: "
             "`scenesense dataset generate DIR --count 6000 --seed 1`, then `scenesense experiment "
-            "estimation --dataset DIR --work WORK`, does all of that, and takes many hours on two "
-            "cores."
+            "estimation --dataset DIR --work WORK`, does all of that, and takes hours on two cores."
+            " The first of these scenes, by `--scenes`, are those of this run."
         )
     return text
 
@@ -89,42 +92,61 @@ def _reasoning(figures: Mapping[str, float]) -> str:
             f"{_share(figures, 'reasoning_alone_complete')} of all labels right without any "
             "network."
         )
+    for kind, title in (("lenet", "LeNet"), ("alexnet", "AlexNet")):
+        if f"{kind}_att_100_complete" in figures:
+            text += (
+                f" With {title} on regions for the rest, trained on 100 images, it is "
+                f"{_share(figures, f'{kind}_att_100_complete')} right."
+            )
     if "architecture_100_complete" in figures:
         text += (
-            " With a network for the rest, trained on 100 images, it is "
+            " With our network for the rest, trained on 100 images, it is "
             f"{_share(figures, 'architecture_100_complete')} right, with incomplete knowledge "
             f"{_share(figures, 'architecture_100')}."
         )
+        if figures["architecture_100_complete"] < figures["architecture_100"]:
+            text += (
+                " Complete knowledge is the worse of the two: what defaults conclude wrongly "
+                "stands, where the network would have been asked otherwise."
+            )
     return text
 
 
 def _attention(figures: Mapping[str, float]) -> str:
+    parts = []
+    for kind, title in (("lenet", "LeNet"), ("alexnet", "AlexNet")):
+        changes = [
+            f"{_share(figures, f'{kind}_{size}')} to {_share(figures, f'{kind}_att_{size}')} "
+            f"({size} images)"
+            for size in _SIZES
+            if {f"{kind}_{size}", f"{kind}_att_{size}"} <= figures.keys()
+        ]
+        if changes:
+            parts.append(f"{title} changes from {', '.join(changes)}")
     text = ""
-    if {"lenet_100", "lenet_att_100"} <= figures.keys():
+    if parts:
         text = (
-            "**What attention contributed.** On regions of interest instead of whole images, "
-            f"LeNet trained on 100 images changes from {_share(figures, 'lenet_100')} to "
-            f"{_share(figures, 'lenet_att_100')}"
+            "**What attention contributed.** On regions of interest after reasoning instead of "
+            f"whole images {'; '.join(parts)}."
         )
-        if {"lenet_1000", "lenet_att_1000"} <= figures.keys():
-            text += (
-                f", on 1000 images from {_share(figures, 'lenet_1000')} to "
-                f"{_share(figures, 'lenet_att_1000')}"
-            )
-        text += "."
-    if text and "majority" in figures:
-        best = max(figures["lenet_100"], figures["lenet_att_100"])
-        if best <= figures["reasoning_majority"]:
-            text += (
-                " Neither is better than the most frequent answer "
-                f"({_share(figures, 'reasoning_majority')}): 100 images are too few for LeNet."
-            )
-    if {"same_channels_100", "query_100"} <= figures.keys():
+    best = max((figures.get(f"{kind}_100", 0.0) for kind in _PAPERS_WAYS), default=0.0)
+    if text and 0.0 < best <= figures.get("reasoning_majority", 0.0):
         text += (
-            " Our network, with the same channels and numbers, has "
-            f"{_share(figures, 'same_channels_100')} on whole images without reasoning and "
-            f"{_share(figures, 'query_100')} on regions with it (100 images): the difference is "
-            "what reasoning and attention add to it."
+            " With 100 images neither is better than the most frequent answer "
+            f"({_share(figures, 'reasoning_majority')})."
+        )
+    pairs = [
+        f"{_share(figures, f'same_channels_{size}')} and {_share(figures, f'query_{size}')} "
+        f"({size} images)"
+        for size in _SIZES
+        if {f"same_channels_{size}", f"query_{size}"} <= figures.keys()
+    ]
+    if pairs:
+        text += (
+            " Our network, with the same channels and numbers, has on whole images without "
+            f"reasoning, and on regions with it, {', '.join(pairs)}: the difference is what "
+            f"reasoning and attention add to it{_little(figures)}. What is marked as related, and "
+            "so what its numbers tell, is attention's choice in both."
         )
     elif "query_100" in figures:
         text += (
@@ -132,6 +154,22 @@ def _attention(figures: Mapping[str, float]) -> str:
             "tried in this run, so its gain is not divided into that of attention and its own."
         )
     return text
+
+
+def _little(figures: Mapping[str, float]) -> str:
+    """Says so if our network is as good without reasoning and attention as with them."""
+    gains = [
+        figures[f"query_{size}"] - figures[f"same_channels_{size}"]
+        for size in _SIZES
+        if {f"same_channels_{size}", f"query_{size}"} <= figures.keys()
+    ]
+    return ", hardly anything" if max(gains) < _HARDLY else ""
+
+
+_HARDLY = 0.005
+"""Less than half a point."""
+_SIZES = (100, 1000)
+_PAPERS_WAYS = ("lenet", "lenet_att", "alexnet", "alexnet_att")
 
 
 def _network(figures: Mapping[str, float]) -> str:
@@ -151,21 +189,34 @@ def _network(figures: Mapping[str, float]) -> str:
             f"often as they stand, {_share(figures, 'stability_stacks_100')} are right instead of "
             f"{_share(figures, 'reasoning_majority_stack')}."
         )
-    if {"query_pixels_100", "query_geometry_100"} <= figures.keys():
+    for size in _SIZES:
+        ways = [f"query_{each}_{size}" for each in ("pixels", "geometry")]
+        if all(way in figures for way in ways):
+            stacks = f" (stacks {_share(figures, f'query_pixels_stack_{size}')})"
+            text += (
+                f" With {size} images it is {_share(figures, f'query_{size}')} (stacks "
+                f"{_share(figures, f'query_stack_{size}')}), without the numbers from geometry "
+                f"{_share(figures, ways[0])}{stacks}, with them alone "
+                f"{_share(figures, ways[1])} (stacks "
+                f"{_share(figures, f'query_geometry_stack_{size}')})."
+            )
+    if "query_geometry_100" in figures:
+        if figures["query_geometry_100"] > figures["query_100"] - _HARDLY:
+            text += " With few images the numbers do all of it, pixels add nothing to them."
         text += (
-            " Without the numbers from geometry it is "
-            f"{_share(figures, 'query_pixels_100')} (stacks "
-            f"{_share(figures, 'query_pixels_stack_100')} instead of "
-            f"{_share(figures, 'query_stack_100')}), without pixels "
-            f"{_share(figures, 'query_geometry_100')}."
+            " The numbers (how far what an object carries leans over its support, and along which "
+            "part of its outline something nearer begins) are measured in the depth image between "
+            "objects that attention relates to each other."
         )
-    else:
-        text += " How much of it is due to the numbers from geometry was not tried in this run."
+    if "query_segmented_100" in figures:
+        text += (
+            " Where segmentation finds the objects instead of being given them, 100 images make "
+            f"{_share(figures, 'query_segmented_100')}; what it does not find counts as wrong."
+        )
     if "images_ratio_query" in figures:
         text += (
-            " It needs at most "
-            f"{_share(figures, 'images_ratio_query')} of the images that LeNet needs on whole "
-            "images for the same accuracy."
+            " For what LeNet reaches on whole images with 1000 images at most, it needs at most "
+            f"{_share(figures, 'images_ratio_query')} of the images."
         )
     return text
 

@@ -17,18 +17,22 @@ class Plan:
         complete: The same with complete knowledge.
         scenes: Of the dataset that is made where none is given.
         most_scenes: How many of a dataset are looked at; the first ones.
-        test_share: Share of them, the last ones, that is tested on.
+        most_tests: The last scenes are tested on, so many, but at most a third of them.
         repeats: Trainings of each, with other images and weights.
+        large: From so many images on there is one training of each, which has to do.
         shortened: Few iterations, to see that it runs.
+        knowledge: What reasoning alone is tried with.
     """
 
     sizes: Mapping[str, tuple[int, ...]]
     complete: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     scenes: int = 6000
     most_scenes: int = 6000
-    test_share: float = 1 / 3
+    most_tests: int = 1000
     repeats: int = 3
+    large: int = 1000
     shortened: bool = False
+    knowledge: tuple[str, ...] = ("incomplete", "complete")
 
     def trials(self, scenes: int, seed: int, schedule: str, device: str) -> Iterator[Trial]:
         """The trials, the longest first; those with more images than there are left out.
@@ -49,7 +53,7 @@ class Plan:
         ]
         grid.sort(key=lambda one: -one[0])
         for size, way, knowledge in grid:
-            for number in range(self.repeats):
+            for number in range(self.repeats if size < self.large else 1):
                 yield Trial(
                     way=way,
                     knowledge=knowledge,
@@ -62,16 +66,16 @@ class Plan:
                 )
         # Reasoning needs no training; the most frequent answers are those of a training set.
         largest = min(1000, scenes - tests)
-        for knowledge in ("incomplete", "complete"):
+        for knowledge in self.knowledge:
             for number in range(self.repeats):
                 yield Trial("reasoning", knowledge, largest, seed + number, tests)
 
     def tests(self, scenes: int) -> int:
         """How many of so many scenes are tested on."""
-        return max(1, round(self.test_share * scenes))
+        return max(1, min(self.most_tests, round(scenes / 3)))
 
 
-_FEW = (100, 200, 1000, 5000)
+_FEW = (100, 200, 1000, 2000, 5000)
 _ALL = (25, 50, *_FEW)
 ESTIMATION = Plan(
     sizes={
@@ -81,27 +85,28 @@ ESTIMATION = Plan(
         "same_channels": _FEW,
         "alexnet": _FEW,
         "alexnet_att": _FEW,
-        "query_pixels": (100, 1000),
+        "query_pixels": (100,),
         "query_geometry": (100,),
+        "query_segmented": (100,),
     },
-    complete={"query": (100, 1000)},
+    complete={"query": (100, 1000), "lenet_att": (100,), "alexnet_att": (100,)},
 )
-_STEPS = (25, 50, *range(100, 1001, 100))
+_STEPS = tuple(range(100, 1001, 100))
 SAMPLES = Plan(
     sizes={
-        "lenet": tuple(range(100, 1001, 100)),
-        "lenet_att": tuple(range(100, 1001, 100)),
-        "alexnet": tuple(range(100, 1001, 100)),
-        "alexnet_att": tuple(range(100, 1001, 100)),
-        "query": _STEPS,
+        "lenet": _STEPS,
+        "lenet_att": _STEPS,
+        "alexnet": _STEPS,
+        "alexnet_att": _STEPS,
+        "query": (25, 50, *_STEPS),
     },
-    scenes=1500,
+    scenes=2000,
 )
-BACKGROUNDS = Plan(
-    sizes={"query": (100, 5000), "lenet": (100, 5000), "lenet_att": (100, 5000)},
-)
+_BOTH = (100, 500, 5000)
+BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=())
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},
+    knowledge=(),
     scenes=24,
     most_scenes=24,
     repeats=2,
@@ -114,8 +119,9 @@ QUICK = Plan(
         "lenet_att": (16,),
         "same_channels": (16,),
         "alexnet": (16,),
+        "query_segmented": (16,),
     },
-    complete={"query": (16,)},
+    complete={"query": (16,), "lenet_att": (16,)},
     scenes=24,
     most_scenes=24,
     repeats=2,

@@ -31,6 +31,7 @@ WORDS = {
     "query_overrule": "as query, but the network may overrule defaults",
     "query_pixels": "as query, without the geometric input",
     "query_geometry": "as query, without pixels",
+    "query_segmented": "as query, with our own segmentation instead of the simulator's instances",
     "reasoning": "reasoning alone, undecided counts as wrong",
     "reasoning_majority": "reasoning, then the most frequent answer",
     "majority": "the most frequent answer",
@@ -44,6 +45,7 @@ _CLAIMS = (
     ("same_channels", "lenet", "our network and inputs alone beat LeNet on whole images"),
     ("query", "query_pixels", "the geometric input helps"),
     ("query", "query_geometry", "pixels help"),
+    ("query", "query_segmented", "the simulator's instances are better than our segmentation"),
     ("query_overrule", "query", "overruling defaults helps"),
 )
 _TRIED = (100, 1000)
@@ -64,6 +66,7 @@ class Setting:
         scenes: How many there were.
         tests: How many of them were tested on.
         repeats: Trainings of each.
+        large: From so many images on there was one training of each.
         schedule: How long was trained.
     """
 
@@ -73,6 +76,7 @@ class Setting:
     scenes: int
     tests: int
     repeats: int
+    large: int
     schedule: str
 
 
@@ -302,6 +306,7 @@ def _panels(scores: Mapping[Key, Mapping[str, list[float]]]) -> list[Panel]:
             y_label="accuracy, %",
             x_label="training images",
             lines=len(sizes) > 1,
+            legend_below=True,
         )
         for title, name in (
             ("occlusion and stability", "accuracy"),

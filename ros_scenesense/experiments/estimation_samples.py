@@ -39,12 +39,14 @@ class Way:
         attends: Whether reasoning comes first and the network is shown regions of interest.
         pixels: Whether it is shown pixels.
         geometry: Whether a query network gets the numbers beside the image.
+        segments: Whether objects are told apart by segmentation, not by the simulator's ids.
     """
 
     kind: str
     attends: bool
     pixels: bool = True
     geometry: bool = True
+    segments: bool = False
 
 
 WAYS = {
@@ -56,6 +58,7 @@ WAYS = {
     "query": Way("query", attends=True),
     "query_pixels": Way("query", attends=True, geometry=False),
     "query_geometry": Way("query", attends=True, pixels=False),
+    "query_segmented": Way("query", attends=True, segments=True),
 }
 
 
@@ -96,7 +99,7 @@ def pixels(way: Way, view: View, region: Region | None) -> Float:
 
 
 def shown(way: Way, question: Question) -> tuple[Float, Float]:
-    """A question to our network: image (6, side, side), and numbers (4,); 0 what it lacks."""
+    """A question to our network: image (6, side, side), and numbers (8,); 0 what it lacks."""
     image, numbers = unpack(question.image, SIDE), question.numbers
     return (
         image if way.pixels else np.zeros_like(image),

@@ -7,7 +7,7 @@ instead of images.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
@@ -19,6 +19,7 @@ from ros_scenesense.attention.queries import SeenScene, queries_of, regions_of
 from ros_scenesense.attention.regions import in_image_order, rectangles
 from ros_scenesense.attention.relevance import Relevance, relevance
 from ros_scenesense.errors import DatasetError
+from ros_scenesense.experiments.estimation_segments import segmented
 from ros_scenesense.experiments.estimation_views import (
     Attended,
     Literal,
@@ -50,6 +51,8 @@ from ros_scenesense.stages.reasoner import ReasonerConfiguration, ReasonerStage
 NOISE = "kinect"
 KNOWLEDGE = {"incomplete": "s1,s2,s3,o1,o2,o3", "complete": ""}
 """Axioms that reasoning does without, by the name of what is left."""
+SEGMENTED = "segmented"
+"""Folder, beside the scenes that were looked at, of those whose objects were segmented."""
 LENET_SIDE = 56
 ALEXNET_SIDE = 115
 """Half of the paper's 227 pixels: a whole grid of trainings has to fit two cores."""
@@ -68,21 +71,31 @@ class Looker:
     """Looks at scenes through grounding, reasoning and attention.
 
     Attributes:
-        relevances: What bears on each task, by the names of `KNOWLEDGE`.
+        relevances: What bears on each task, by the names of the knowledge.
 
     Args:
         camera: Shows the scenes.
         seed: Of the depth noise, and of simulated scenes.
+        knowledge: Names of `KNOWLEDGE` that scenes are looked at with.
+        segments: Whether objects are told apart by segmentation, see `estimation_segments`,
+            instead of by the instance ids of the simulator.
     """
 
-    def __init__(self, camera: Camera, seed: int) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        seed: int,
+        knowledge: Iterable[str] = tuple(KNOWLEDGE),
+        segments: bool = False,
+    ) -> None:
         self._camera = camera
         self._seed = seed
+        self._segments = segments
         self._grounding = GroundingEngine(GroundingConfiguration())
         self._control = GroundingControlStage(GroundingControlConfiguration())
         self._reasoners = {
-            name: ReasonerStage(ReasonerConfiguration(withheld=withheld))
-            for name, withheld in KNOWLEDGE.items()
+            name: ReasonerStage(ReasonerConfiguration(withheld=KNOWLEDGE[name]))
+            for name in knowledge
         }
         self.relevances = {name: _relevances(one) for name, one in self._reasoners.items()}
 
@@ -93,12 +106,14 @@ class Looker:
             reasoner.close()
 
     def see(self, number: int) -> tuple[SimulatedScene, dict[str, SeenScene]]:
-        """A scene, each only once, and what is known of it, by the names of `KNOWLEDGE`.
+        """A scene, each only once, and what is known of it, by the names of the knowledge.
 
         Raises:
             DatasetError: If its files are damaged.
         """
         simulated, _ = self._camera.scene(self._seed, number)
+        if self._segments:
+            simulated = segmented(simulated, np.random.default_rng([self._seed, number]))
         scene = Scene(
             stamp=Stamp.of(number + 1),
             scene_id=f"estimation-{number:06d}",
@@ -129,10 +144,14 @@ class Looker:
         Raises:
             DatasetError: If its files are damaged.
         """
-        simulated, seen = self.see(number)
-        boxes = rectangles(seen["complete"].instances)
+        return self.view(number, *self.see(number))
+
+    def view(self, number: int, simulated: SimulatedScene, seen: dict[str, SeenScene]) -> View:
+        """A scene as networks need it, of what `see` gave."""
+        whole, one = next(iter(seen.items()))
+        boxes = rectangles(one.instances)
         places = {
-            one.name: boxes[one.instance] for one in simulated.objects if one.instance in boxes
+            each.name: boxes[each.instance] for each in simulated.objects if each.instance in boxes
         }
         order = tuple(in_image_order(places))
         labels = _labels(simulated)
@@ -142,29 +161,36 @@ class Looker:
             labels=labels,
             structures=_structures(simulated, order),
             picture=_picture(simulated.frame),
-            whole=_whole(seen["complete"], self.relevances["complete"], order),
+            whole=_whole(one, self.relevances[whole], order),
             reasoned={
-                name: _reasoned(one, self.relevances[name], labels, order)
-                for name, one in seen.items()
+                name: _reasoned(each, self.relevances[name], labels, order)
+                for name, each in seen.items()
             },
         )
 
 
-def look_at(dataset: Path, numbers: Sequence[int], seed: int, file: Path) -> int:
+def look_at(
+    dataset: Path, numbers: Sequence[int], seed: int, file: Path, segments: bool = False
+) -> int:
     """Looks at some scenes and keeps them in a file; how many, for who waits."""
-    import joblib
-
-    looker = Looker(PlayingEngine(dataset, NOISE), seed)
+    looker = Looker(PlayingEngine(dataset, NOISE), seed, segments=segments)
     try:
-        partial = file.with_suffix(".partial")
-        joblib.dump([looker.look(number) for number in numbers], partial)
-        partial.replace(file)
+        keep([looker.look(number) for number in numbers], file)
     finally:
         looker.close()
     return len(numbers)
 
 
-@lru_cache(maxsize=1)
+def keep(views: Sequence[View], file: Path) -> None:
+    """Writes scenes for `views_in`, all or none."""
+    import joblib
+
+    partial = file.with_suffix(".partial")
+    joblib.dump(list(views), partial)
+    partial.replace(file)
+
+
+@lru_cache(maxsize=2)
 def views_in(folder: Path) -> dict[int, View]:
     """All scenes that `look_at` kept in a folder, by number.
 
@@ -229,7 +255,7 @@ def _reasoned(
     lacking = {
         literal
         for literal, belief in beliefs.items()
-        if labels[literal] is not None and belief.value is not labels[literal]
+        if labels.get(literal) is not None and belief.value is not labels[literal]
     }
     defaults = {
         literal for literal, belief in beliefs.items() if belief.status is DecisionStatus.BY_DEFAULT
@@ -319,9 +345,3 @@ def _picture(frame: Frame, roi: Roi | None = None) -> Picture:
         for side in (LENET_SIDE, ALEXNET_SIDE)
     )
     return Picture(small, large)
-
-
-def chunks(count: int, size: int) -> Iterator[range]:
-    """Numbers of scenes in parts that one process looks at."""
-    for start in range(0, count, size):
-        yield range(start, min(count, start + size))

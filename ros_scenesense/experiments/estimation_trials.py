@@ -28,7 +28,7 @@ from ros_scenesense.experiments.estimation_samples import (
     shown,
     structures_of,
 )
-from ros_scenesense.experiments.estimation_scenes import ALEXNET_SIDE, views_in
+from ros_scenesense.experiments.estimation_scenes import ALEXNET_SIDE, SEGMENTED, views_in
 from ros_scenesense.experiments.estimation_scores import Decisions, Scores, majority_of, score
 from ros_scenesense.experiments.estimation_views import Literal, Reasoned, View
 from ros_scenesense.scene import DecisionStatus, Task, structure_truth
@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from ros_scenesense.attention.networks.samples import Samples
     from ros_scenesense.attention.networks.training import TrainingConfiguration
 
+ITERATIONS = 600
+"""Batches at most."""
+_PATIENCE = 5
+"""Of LeNet and AlexNet, whose batches take long."""
 _ALEXNET_WIDTH = 0.125
 _ALEXNET_RATE = 5e-4
 
@@ -99,10 +103,11 @@ def run_trial(folder: Path, trial: Trial) -> Tried:
         NetworkError: If the scenes cannot teach anything.
     """
     views = views_in(folder)
-    numbers = sorted(views)
-    pool, tested = numbers[: -trial.tests], [views[each] for each in numbers[-trial.tests :]]
-    rng = np.random.default_rng([trial.seed, trial.images])
-    taught = [views[int(each)] for each in rng.permutation(pool)[: trial.images]]
+    taught_numbers, tested_numbers = numbers_of(trial, len(views))
+    if trial.way in WAYS and WAYS[trial.way].segments:
+        views = views_in(folder / SEGMENTED)
+    taught = [views[each] for each in taught_numbers]
+    tested = [views[each] for each in tested_numbers]
     if trial.way not in WAYS:
         return Tried(trial, _untrained(taught, tested, trial.knowledge))
     way = WAYS[trial.way]
@@ -115,6 +120,13 @@ def run_trial(folder: Path, trial: Trial) -> Tried:
         for name, decided in _decided(trial, trained, taught, tested).items()
     }
     return Tried(trial, scores, len(samples), trained.iterations, seconds)
+
+
+def numbers_of(trial: Trial, scenes: int) -> tuple[list[int], list[int]]:
+    """The scenes that a trial trains on and tests, of so many."""
+    last = scenes - trial.tests
+    rng = np.random.default_rng([trial.seed, trial.images])
+    return rng.permutation(last)[: trial.images].tolist(), list(range(last, scenes))
 
 
 def kept_trial(folder: Path, trial: Trial) -> Tried:
@@ -166,7 +178,8 @@ def _by_reasoning(view: View, reasoned: Reasoned) -> Decisions:
 
 
 def _with_structures(view: View, literals: Mapping[Literal, bool | None]) -> Decisions:
-    """Decisions about objects, and what follows about structures."""
+    """Decisions about objects, none about those that were not found, and about structures."""
+    literals = dict.fromkeys(view.labels) | dict(literals)
     stable = {name: value for (name, task), value in literals.items() if task is Task.STABILITY}
     decisions: Decisions = dict(literals.items())
     decisions.update({each: structure_truth(each, stable) for each, _ in view.structures})
@@ -201,12 +214,17 @@ def _network(way: Way) -> NetworkConfiguration:
 
 
 def _schedule(way: Way, trial: Trial) -> TrainingConfiguration:
-    from ros_scenesense.attention.networks.training import TrainingConfiguration, paper_iterations
+    from ros_scenesense.attention.networks.training import (
+        TrainingConfiguration,
+        paper_iterations,
+        query_training,
+    )
 
-    flip = way.kind == "query"  # a mirrored image has its slots in another order
     if trial.shortened:
-        return TrainingConfiguration(iterations=20, interval=10, flip=flip, seed=trial.seed)
-    if trial.schedule == "paper" and way.kind != "query":
+        return TrainingConfiguration(iterations=20, interval=10, seed=trial.seed)
+    if way.kind == "query":
+        return query_training(ITERATIONS, trial.seed)
+    if trial.schedule == "paper":
         return TrainingConfiguration(
             iterations=paper_iterations(way.kind, trial.images),
             validation_share=0.0,
@@ -214,7 +232,7 @@ def _schedule(way: Way, trial: Trial) -> TrainingConfiguration:
             patience=0,
             seed=trial.seed,
         )
-    return TrainingConfiguration(iterations=600, patience=8, flip=flip, seed=trial.seed)
+    return TrainingConfiguration(iterations=ITERATIONS, patience=_PATIENCE, seed=trial.seed)
 
 
 # --- What is decided.
@@ -287,7 +305,7 @@ def _conclusions(views: Sequence[View], knowledge: str) -> dict[str, tuple[int, 
     counts: dict[str, tuple[int, int]] = {}
     for view in views:
         for literal, belief in view.reasoned[knowledge].beliefs.items():
-            label = view.labels[literal]
+            label = view.labels.get(literal)
             if belief.status is not DecisionStatus.BY_DEFAULT or label is None:
                 continue
             for axiom in belief.axioms:

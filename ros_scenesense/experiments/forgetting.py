@@ -34,7 +34,13 @@ from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.stages.axiom_keeper import changes_of_cycle
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import LearnerStore
-from ros_scenesense.stages.learning_engine import Algorithm, LearningEngine, LearningOrder, Task
+from ros_scenesense.stages.learning_engine import (
+    Algorithm,
+    LearningEngine,
+    LearningOrder,
+    Task,
+    suspended,
+)
 from ros_scenesense.stages.state_file import IN_MEMORY
 
 _GIVEN = """
@@ -247,11 +253,7 @@ def _order(
         pinned=frozenset(),
         vetoed=(),
         tasks=tasks,
-        suspended=[
-            axiom
-            for axiom in given.axioms
-            if isinstance(axiom, StateConstraint | Default) and axiom.id in refuted
-        ],
+        suspended=suspended(given, refuted),
         algorithm=way.algorithm,
         default_purity=way.default_purity,
         seed=seed,

@@ -117,6 +117,5 @@ def terms_of(part: Atom | Literal | Condition) -> tuple[Term, ...]:
 def variables_of(part: Atom | Literal | Condition) -> Iterator[Variable]:
     """Its variables, from left to right, as often as they occur."""
     found: list[Variable] = []
-    for term in terms_of(part):
-        collect_variables(term, found)
+    collect_variables(terms_of(part), found)
     return iter(found)

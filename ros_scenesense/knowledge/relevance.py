@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from ros_scenesense.knowledge.axioms import (
     Axiom,
     CausalLaw,
+    Default,
     ExecutabilityCondition,
     InitialDefault,
     StateConstraint,
@@ -147,3 +148,34 @@ class Relevance:
     def _is_inertial(self, name: str) -> bool:
         attribute = self._description.signature.attributes.get(name)
         return attribute is not None and attribute.kind is AttributeKind.INERTIAL
+
+
+def without_excuses(
+    description: SystemDescription, asked: Collection[Literal], avoided: Collection[Literal]
+) -> SystemDescription:
+    """The domain without defaults that conclude the opposite of what is to be avoided.
+
+    Where defaults contradict each other, what is to be avoided counts as likely: only what is sure
+    speaks against it. Such a default stays where the question or another axiom needs it.
+
+    Args:
+        description: The domain.
+        asked: Literals of the question.
+        avoided: Literals that no action should bring about.
+    """
+    believed = {
+        condition.literal.atom.name
+        for axiom in description.axioms
+        for condition in axiom.body
+        if isinstance(condition, Belief)
+    }
+    needed = {(each.atom.name, each.positive) for each in asked}
+    opposite = {(each.atom.name, not each.positive) for each in avoided} - needed
+    excuses = {
+        axiom.id
+        for axiom in description.axioms
+        if isinstance(axiom, Default)
+        and axiom.head.atom.name not in believed
+        and (axiom.head.atom.name, axiom.head.positive) in opposite
+    }
+    return description.without(excuses)

@@ -39,6 +39,8 @@ def local_variables(heads: Iterable[Head], premises: Sequence[Condition]) -> fro
 
     They are quantified there: `not above(A, B)`, A is above no B.
     """
+    if not any(isinstance(each, Belief) and each.negated for each in premises):
+        return frozenset()
     elsewhere = {each for head in heads for each in variables_of(head)}
     seen: Counter[Variable] = Counter()
     for premise in premises:

@@ -7,8 +7,10 @@ was made from. `str` of a term is its text, in the action language and in clingo
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
 
 from ros_scenesense.errors import LanguageError
 
@@ -20,8 +22,7 @@ _VARIABLE = re.compile(r"_*[A-Z][A-Za-z0-9_]*", re.ASCII)
 LONGEST_NAME = 200
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """Where something stands in a text: the file, and line and column counted from 1."""
 
     source: str
@@ -32,6 +33,7 @@ class Place:
         return f"{self.source}:{self.line}:{self.column}"
 
 
+@lru_cache(maxsize=10_000)  # a text has few names, and thousands of terms
 def check_name(name: str) -> None:
     """Checks the name of a constant, sort, fluent, action or record.
 
@@ -57,13 +59,18 @@ class Variable:
     place: Place | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not _VARIABLE.fullmatch(self.name) or len(self.name) > LONGEST_NAME:
-            raise LanguageError(
-                f"{_shortened(self.name)} is no variable: variables begin with a capital letter"
-            )
+        _check_variable(self.name)
 
     def __str__(self) -> str:
         return self.name
+
+
+@lru_cache(maxsize=10_000)
+def _check_variable(name: str) -> None:
+    if not _VARIABLE.fullmatch(name) or len(name) > LONGEST_NAME:
+        raise LanguageError(
+            f"{_shortened(name)} is no variable: variables begin with a capital letter"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,20 +158,19 @@ Symbol = Constant | Number | Record
 def variables(term: Term) -> Iterator[Variable]:
     """The variables of a term, from left to right, as often as they occur."""
     found: list[Variable] = []
-    collect_variables(term, found)
+    collect_variables((term,), found)
     return iter(found)
 
 
-def collect_variables(term: Term, found: list[Variable]) -> None:
-    """Appends the variables of a term; generators inside generators would take most of the time."""
-    if isinstance(term, Variable):
-        found.append(term)
-    elif isinstance(term, Record):
-        for argument in term.arguments:
-            collect_variables(argument, found)
-    elif isinstance(term, Arithmetic):
-        collect_variables(term.left, found)
-        collect_variables(term.right, found)
+def collect_variables(terms: Iterable[Term], found: list[Variable]) -> None:
+    """Appends the variables of terms; generators inside generators would take most of the time."""
+    for term in terms:
+        if isinstance(term, Variable):
+            found.append(term)
+        elif isinstance(term, Record):
+            collect_variables(term.arguments, found)
+        elif isinstance(term, Arithmetic):
+            collect_variables((term.left, term.right), found)
 
 
 def _shortened(text: str) -> str:

@@ -23,7 +23,8 @@ from ros_scenesense.knowledge.axioms import (
 from ros_scenesense.knowledge.converses import Converses
 from ros_scenesense.knowledge.description import Goal, GoalCondition, Quantity, SystemDescription
 from ros_scenesense.knowledge.literals import Atom, Belief, Literal
-from ros_scenesense.knowledge.relevance import Relevance
+from ros_scenesense.knowledge.prerequisites import prerequisites
+from ros_scenesense.knowledge.relevance import Relevance, without_excuses
 from ros_scenesense.knowledge.rendering import (
     atom_text,
     body_texts,
@@ -36,7 +37,8 @@ from ros_scenesense.knowledge.signature import Action, AttributeKind
 from ros_scenesense.knowledge.sorting import guards_of, local_variables
 from ros_scenesense.knowledge.terms import Variable
 
-PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS, PRIORITY_FEWEST, PRIORITY_TIE = 4, 3, 2, 1
+PRIORITY_VIOLATIONS, PRIORITY_EXCEPTIONS = 5, 4
+PRIORITY_FEWEST, PRIORITY_UNSURE, PRIORITY_TIE = 3, 2, 1
 """Priorities of what is minimised."""
 
 AVOIDED = "avoided"
@@ -51,7 +53,7 @@ class TransitionProgram:
         asked: Literals that the question is about: of a goal, or observed.
         initial: What is true at first; inertial fluents that are not named are false.
         avoided: Estimated literals, perhaps with variables, that no action may bring about; where
-            only defaults conclude one, an exception excuses it at a price.
+            only defaults conclude one, an exception excuses it at a price. No default excuses it.
         lenient: Whether what makes an action impossible is only counted, `_violated(id, t)`, and as
             little of it as possible is violated; so it is seen what stands in the way of a goal.
         exogenous: Whether actions may occur that the robot does not do.
@@ -71,7 +73,8 @@ class TransitionProgram:
         exogenous: bool = False,
     ) -> None:
         self._lenient = lenient
-        self._converses = Converses(description)
+        asked, avoided = tuple(asked), tuple(avoided)
+        self._converses = Converses(without_excuses(description, asked, avoided))
         self._description = self._converses.description
         self._signature = description.signature
         self._avoided = tuple(map(self._converses.literal, avoided))
@@ -114,7 +117,7 @@ class TransitionProgram:
         )
 
     def choice(self) -> str:
-        """The part `choice(t)`: the robot does one action."""
+        """The part `choice(t)`: one action of the robot, of those that have what they need."""
         elements = "; ".join(
             self._acting(action, self.helper("occurs"))
             for action in self.actions
@@ -142,8 +145,6 @@ class TransitionProgram:
         exception = self.helper("exception")
         lines = ["#program avoidance(t)."]
         for literal in self._avoided:
-            if literal.atom.name not in self.relevant:
-                continue
             now, before = (self._believed(literal, time) for time in ("t", "t-1"))
             strict, strict_before = (
                 self._timed(self._strict(literal), time) for time in ("t", "t-1")
@@ -153,6 +154,15 @@ class TransitionProgram:
                 f"{exception}({self._reified(literal)},t) :- {now}, not {strict}, not {before}."
             )
         lines.append(f"#minimize {{ 1@{PRIORITY_EXCEPTIONS},F,t : {exception}(F,t) }}.")
+        return "\n".join(lines)
+
+    def doubt(self) -> str:
+        """The part `doubt(t)`: counts what was surely not as it should not be, and no longer is."""
+        lines = ["#program doubt(t)."]
+        for literal in self._avoided:
+            safe = self._strict(literal.complement)
+            head = f"{self.helper('counted')}({PRIORITY_UNSURE},{self._reified(literal)},t)"
+            lines.append(f"{head} :- {self._timed(safe, 't-1')}, not {self._timed(safe, 't')}.")
         return "\n".join(lines)
 
     def novelty(self) -> str:
@@ -169,7 +179,7 @@ class TransitionProgram:
         lines.append(f":- not {new}(t).")
         return "\n".join(lines)
 
-    def goal(self, goal: Goal, preferred: Iterable[Literal] = ()) -> str:
+    def goal(self, goal: Goal, preferred: Iterable[Iterable[Literal]] = ()) -> str:
         """The parts `goal(t)` and `unreached(t)`.
 
         `goal(t)` demands the goal of state t if the external `_query(t)` is true, and counts what
@@ -178,7 +188,8 @@ class TransitionProgram:
 
         Args:
             goal: Without free variables in conditions of the kind TRUE.
-            preferred: Literals of which there are to be few among equally good plans.
+            preferred: Groups of literals of which there are to be few among equally good plans; the
+                priority of the first is `PRIORITY_TIE`, that of each other one less.
         """
         unmet, query, counted = map(self.helper, ("unmet", "query", "counted"))
         lines = ["#program goal(t).", f"#external {query}(t)."]
@@ -189,15 +200,19 @@ class TransitionProgram:
                 few.append((PRIORITY_FEWEST, condition.literal))
             else:
                 lines.append(rule_text(f"{unmet}(t)", self._unmet(condition)))
-        few.extend((PRIORITY_TIE, self._converses.literal(literal)) for literal in preferred)
+        for number, group in enumerate(preferred):
+            few.extend((PRIORITY_TIE - number, self._converses.literal(each)) for each in group)
         for priority, literal in few:
             counts = [self._believed(literal, "t"), f"{query}(t)", *self._guards(literal)]
             head = f"{counted}({priority},{self._reified(literal)},t)"
             lines.append(rule_text(head, counts))
         lines.append(f":- {query}(t), {unmet}(t).")
-        for part, priority in (("fewest", PRIORITY_FEWEST), ("tie", PRIORITY_TIE)):
+        for part, which in (
+            ("fewest", f"P = {PRIORITY_FEWEST}"),
+            ("tie", f"P < {PRIORITY_FEWEST}"),
+        ):
             lines.append(f"#program {part}(t).")
-            lines.append(f"#minimize {{ 1@{priority},L,t : {counted}({priority},L,t) }}.")
+            lines.append(f"#minimize {{ 1@P,L,t : {counted}(P,L,t), {which} }}.")
         lines.append(f"#defined {counted}/3.")
         lines.append("#program unreached(t).")
         lines.append(f":- not {unmet}(t).")
@@ -308,9 +323,12 @@ class TransitionProgram:
     def _acting(self, action: Action, predicate: str) -> str:
         """Every instance of an action, as an element of a choice."""
         atom = Atom(action.name, tuple(Variable(f"X{i}") for i in range(len(action.arguments))))
-        members = ", ".join(map(guard_text, guards_of([atom], [], self._signature)))
+        conditions = [*map(guard_text, guards_of([atom], [], self._signature))]
+        if not self._lenient:
+            needed = prerequisites(atom, self._axioms, self._signature)
+            conditions += (self._believed(each, "t-1") for each in needed)
         acting = f"{predicate}({atom_text(atom)},t)"
-        return f"{acting} : {members}" if members else acting
+        return f"{acting} : {', '.join(conditions)}" if conditions else acting
 
     def _unmet(self, condition: GoalCondition) -> list[str]:
         believed = self._believed(condition.literal, "t")

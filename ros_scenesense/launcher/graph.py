@@ -203,9 +203,9 @@ class Graph:
             self._report(f"all nodes are ready after {self.ready_s:.1f} s")
 
     def _hear_stranger(self, heartbeat: Heartbeat) -> None:
-        """Warns of a second graph in the same domain: their scenes would mix."""
+        """Warns of a second node of a name in the same graph: their scenes would mix."""
         stranger = (heartbeat.node, heartbeat.process_id)
-        if stranger not in self._known:
+        if heartbeat.node in self.nodes and stranger not in self._known:
             self._known.add(stranger)
             self._report(
                 f"a node '{heartbeat.node}' of somebody else (process {heartbeat.process_id}) runs "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rclpy.exceptions import InvalidNamespaceException, InvalidTopicNameException
@@ -12,7 +12,7 @@ from rclpy.validate_namespace import validate_namespace
 from rclpy.validate_topic_name import validate_topic_name
 
 from ros_scenesense.errors import ParameterError
-from ros_scenesense.nodes.registry import NODES
+from ros_scenesense.nodes.registry import DEFAULT_NODES, NODES, RECORDER
 from ros_scenesense.resources import resource
 
 DISCOVERY_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -32,6 +32,7 @@ class GraphOptions:
         parameters_file: Params YAML; None = the shipped one.
         overrides: Values per node and parameter, stronger than the file; text is converted.
         remaps: Other names for topics or services, each `FROM:=TO`, for all nodes.
+        sim_time: Whether the time is that of the topic `/clock`.
         state_dir: Folder that the nodes remember in; None = what the parameters say.
         log_dir: Folder of the nodes' logs; None = a new one among the user's state files.
         silence_s: A ready node without heartbeat for so long is restarted.
@@ -40,13 +41,14 @@ class GraphOptions:
         ParameterError: If a value is wrong.
     """
 
-    nodes: tuple[str, ...] = tuple(NODES)
+    nodes: tuple[str, ...] = DEFAULT_NODES
     namespace: str = "/scenesense"
     domain_id: int | None = None
     discovery: str | None = None
     parameters_file: Path | None = None
     overrides: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     remaps: tuple[str, ...] = ()
+    sim_time: bool = False
     state_dir: Path | None = None
     log_dir: Path | None = None
     silence_s: float = 10.0
@@ -90,6 +92,16 @@ class GraphOptions:
             variable = "FASTRTPS_DEFAULT_PROFILES_FILE"
             variables[variable] = _given(variable, profile)
         return variables
+
+
+def with_recorder(options: GraphOptions, folder: Path) -> GraphOptions:
+    """The same graph with a recorder, which writes a bag into this folder from the start on."""
+    given = dict(options.overrides)
+    chosen: dict[str, object] = {"bag_dir": str(folder.expanduser().absolute()), "autostart": True}
+    given[RECORDER] = {**chosen, **given.get(RECORDER, {})}
+    others = tuple(name for name in options.nodes if name != RECORDER)
+    # It starts first, so that it misses nothing.
+    return replace(options, nodes=(RECORDER, *others), overrides=given)
 
 
 def _check_remap(remap: str) -> None:

@@ -15,12 +15,16 @@ import yaml
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.launcher.options import GraphOptions
 from ros_scenesense.nodes.registry import NODES
-from ros_scenesense.parameters import parameters_of
+from ros_scenesense.parameters import Parameter, parameters_of
 from ros_scenesense.resources import resource
 from ros_scenesense.stages.sessions import new_session
 
-ROS_PARAMETERS = ("use_sim_time", "start_type_description_service", "qos_overrides")
+SIM_TIME = "use_sim_time"
+ROS_PARAMETERS = (SIM_TIME, "start_type_description_service", "qos_overrides")
 """Parameters that every ROS node has; passed on as they are."""
+
+
+_SIM_TIME = Parameter(SIM_TIME, bool, False, "whether the time is that of the topic /clock")
 
 
 def parameter_values(options: GraphOptions) -> dict[str, dict[str, object]]:
@@ -41,6 +45,8 @@ def parameter_values(options: GraphOptions) -> dict[str, dict[str, object]]:
         given = _from_sections(sections, node, options.full_name(node), file)
         if options.state_dir is not None and "state_dir" in _declared(node):
             given["state_dir"] = str(options.state_dir.expanduser().absolute())
+        if options.sim_time:
+            given[SIM_TIME] = True
         given.update(options.overrides.get(node, {}))
         if "session" in _declared(node) and not given.get("session"):
             # A node that is restarted goes on with the session of its graph.
@@ -109,7 +115,8 @@ def _checked(node: str, given: dict[str, object]) -> dict[str, object]:
     checked = {}
     for name, value in given.items():
         if name in ROS_PARAMETERS:
-            checked[name] = value
+            # The command line gives text, of which ROS would say that it is no boolean.
+            checked[name] = _SIM_TIME.check(value) if name == SIM_TIME else value
             continue
         if name not in declared:
             known = ", ".join(sorted(declared))

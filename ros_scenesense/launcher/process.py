@@ -16,7 +16,7 @@ from ros_scenesense.messages.health import Heartbeat
 
 RESTART_LIMIT = 5
 RESTART_WINDOW_S = 60.0
-FIRST_DELAY_S = 0.5
+FIRST_DELAY_S = 0.1
 LOG_LINES = 15
 STOP_STEPS = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 5.0))
 

@@ -50,7 +50,18 @@ def holds(axiom: StateConstraint | Default, state: SceneState, target: int) -> b
         raise LearningError(f"axiom {axiom} is not about one object by a plain body")
     subject = axiom.head.atom.arguments[0]
     assert isinstance(subject, Variable)
-    return _satisfied(_in_order(axiom.body), state, {subject: target})
+    return satisfied(axiom.body, state, {subject: target})
+
+
+def satisfied(body: Sequence[Condition], state: SceneState, binding: Binding) -> bool:
+    """Whether a body of beliefs and comparisons holds in a state.
+
+    Args:
+        body: Its conditions.
+        state: What holds.
+        binding: What some of its variables stand for; there may be anything for the others.
+    """
+    return _satisfied(_in_order(body), state, binding)
 
 
 def _in_order(body: Sequence[Condition]) -> list[Belief | Comparison]:

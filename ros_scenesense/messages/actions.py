@@ -78,9 +78,10 @@ class StateLiteral(Part, frozen=True):
 
 
 class Transition(Message, frozen=True, tag="transition/1"):
-    """State before, executed action, state after: what the learner learns action axioms from.
+    """State before, action, state after: what the learner learns action axioms from.
 
-    `scene_before` and `scene_after` are the ids of the scenes in which the states were seen.
+    `scene_before` and `scene_after` are the ids of the scenes in which the states were seen, the
+    same one if the action was refused. `before` tells what is known of the objects, too.
     """
 
     id: Identifier
@@ -92,3 +93,4 @@ class Transition(Message, frozen=True, tag="transition/1"):
     before: list[StateLiteral]
     after: list[StateLiteral]
     expected: list[StateLiteral]
+    outcome: Literal["executed", "refused"] = "executed"

@@ -43,11 +43,14 @@ def encode(message: AnyMessage) -> bytes:
         where = "$" if isinstance(error, RecursionError) else _unencodable(message)
         raise MessageError(f"{schema_of(kind)}: {error} - at `{where}`") from error
     # msgspec writes a number that JSON cannot hold as null, which an optional field would take.
-    if b"null" in payload:
-        for path, value in _leaves(message, "$"):
-            if isinstance(value, float) and not math.isfinite(value):
-                raise MessageError(f"{schema_of(kind)}: {value} is no number of JSON - at `{path}`")
-    decode(payload, kind)
+    # Then what is read back differs; only then the slow search for the place is worth while.
+    try:
+        if decode(payload, kind) == message:
+            return payload
+    except MessageError:
+        _check_numbers(message)
+        raise
+    _check_numbers(message)
     return payload
 
 
@@ -103,6 +106,13 @@ def _located(words: str) -> str:
         words = f"{words[:150]}...{words[-147:]}"
     words = "".join(character if character.isprintable() else "?" for character in words)
     return words if re.search(r" - at .*`\$[^`]*`$", words) else f"{words} - at `$`"
+
+
+def _check_numbers(message: AnyMessage) -> None:
+    for path, value in _leaves(message, "$"):
+        if isinstance(value, float) and not math.isfinite(value):
+            kind = schema_of(type(message))
+            raise MessageError(f"{kind}: {value} is no number of JSON - at `{path}`")
 
 
 def _unencodable(message: AnyMessage) -> str:

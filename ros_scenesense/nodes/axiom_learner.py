@@ -7,6 +7,7 @@ from typing import Any
 
 from std_srvs.srv import Trigger
 
+from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, Axioms, JobProgress
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
@@ -26,7 +27,16 @@ class AxiomLearnerNode(StageNode):
             "axiom_learner",
             AxiomLearnerConfiguration,
             AxiomLearnerStage,
-            subscribes=(Objects, Relations, Beliefs, Verdicts, Knowledge, Trust, AxiomRequest),
+            subscribes=(
+                Objects,
+                Relations,
+                Beliefs,
+                Verdicts,
+                Knowledge,
+                Trust,
+                Transition,
+                AxiomRequest,
+            ),
             publishes=(Axioms, AxiomResult, JobProgress),
             **node_options,
         )

@@ -7,13 +7,13 @@ goes on.
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float32, String
 
@@ -22,20 +22,22 @@ from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.messages.topics import TOPICS, QosClass
+from ros_scenesense.nodes.lean_node import LeanNode
 from ros_scenesense.nodes.mailbox import Mailbox
 from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
 from ros_scenesense.nodes.qos import profile_of
+from ros_scenesense.nodes.registry import RECORDER
 from ros_scenesense.nodes.vital_signs import VitalSigns
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Stage, Timing
 from ros_scenesense.stages.worker import WorkerProcess
 
-TICK_S = 0.05
+TICK_S = 0.1
 HEARTBEAT_S = 0.5
 DIAGNOSTICS_S = 1.0
 
 
-class StageNode(Node):
+class StageNode(LeanNode):
     """A node around one stage. Subclasses add image topics and services in `connect`.
 
     Args:
@@ -70,6 +72,8 @@ class StageNode(Node):
         self._subscribes = tuple(subscribes)
         self._number_publishers: dict[str, Publisher] = {}
         self._seen_errors: set[tuple[str, int]] = set()
+        # By the identity of a job: it lives until it is finished, and a key may come twice.
+        self._handed_out: dict[int, float] = {}
         self.publish_as: dict[type[Any], Callable[[Any], None]] = {
             Timing: lambda one: self._publish_number(
                 f"timing/{one.name}", one.milliseconds, QosClass.REQUEST
@@ -142,8 +146,8 @@ class StageNode(Node):
             self.get_logger().error("".join(traceback.format_exception(error)))
 
     def has_subscribers(self, *publishers: Publisher) -> bool:
-        """Whether somebody takes every one of these topics."""
-        return all(publisher.get_subscription_count() > 0 for publisher in publishers)
+        """Whether somebody takes every one of these topics; a recorder is nobody's audience."""
+        return all(self._has_audience(publisher) for publisher in publishers)
 
     def destroy_node(self) -> None:
         """Stops the worker, closes the stage's files, leaves the graph."""
@@ -168,6 +172,13 @@ class StageNode(Node):
         self.vital_signs.send_heartbeat()
         self.call(self.stage.start)
 
+    def _has_audience(self, publisher: Publisher) -> bool:
+        count: int = publisher.get_subscription_count()
+        if count == 0:
+            return False
+        takers = self.get_subscriptions_info_by_topic(publisher.topic_name)
+        return count > sum(taker.node_name == RECORDER for taker in takers)
+
     def _open_publisher(self, message: type[AnyMessage]) -> None:
         topic = TOPICS[message]
         publisher = self.create_publisher(String, topic.name, profile_of(topic.qos))
@@ -190,10 +201,19 @@ class StageNode(Node):
         if publisher is None:
             publisher = self.create_publisher(Float32, topic, profile_of(qos))
             self._number_publishers[topic] = publisher
-        publisher.publish(Float32(data=float(value)))
+        # What nobody keeps for late comers need not be sent while nobody listens.
+        if qos is not QosClass.REQUEST or publisher.get_subscription_count() > 0:
+            publisher.publish(Float32(data=float(value)))
 
     def _job_done(self, job: Job, result: Any) -> None:
-        self._mailbox.put(lambda: self.call(self.stage.finish, job, result))
+        self._mailbox.put(lambda: self._finish(job, result))
+
+    def _finish(self, job: Job, result: Any) -> None:
+        handed_out = self._handed_out.pop(id(job), None)
+        if handed_out is not None:
+            milliseconds = (time.perf_counter() - handed_out) * 1e3
+            self.publish(Timing(f"{self.get_name()}/{job.method}_job", milliseconds))
+        self.call(self.stage.finish, job, result)
 
     def _worker_warm(self) -> None:
         self._mailbox.put(lambda: self._set_worker(warm=True, failure=None))
@@ -211,6 +231,7 @@ class StageNode(Node):
     def _submit(self, job: Job) -> None:
         if self._worker is None:
             raise RuntimeError(f"{type(self.stage).__name__} has jobs but no engine")
+        self._handed_out[id(job)] = time.perf_counter()
         self._worker.submit(job)
 
     def _guarded(self, method: Callable[..., Any], *arguments: Any) -> Any:

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from rclpy.event_handler import (
+    QoSRequestedIncompatibleQoSInfo,
+    SubscriptionEventCallbacks,
+)
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import CameraInfo, Image
@@ -113,7 +117,12 @@ class FrameSubscription:
         for part in parts:
             callback = partial(self._receive, part)
             profile = profile_of(QosClass.FRAME, joining.reliability)
-            node.create_subscription(_TYPE_OF_PART[part], TOPIC_OF_PART[part], callback, profile)
+            events = SubscriptionEventCallbacks(
+                incompatible_qos=partial(self._refuse, part), use_default_callbacks=False
+            )
+            node.create_subscription(
+                _TYPE_OF_PART[part], TOPIC_OF_PART[part], callback, profile, event_callbacks=events
+            )
 
     def expire(self, now_ns: int) -> None:
         """Gives up the frames that waited too long; called regularly."""
@@ -125,6 +134,13 @@ class FrameSubscription:
                 f"within {self._join.timeout_s:g} s; publish all with one header.stamp, or say "
                 "with the parameter image_slop_s how far the stamps lie apart",
             )
+
+    def _refuse(self, part: str, _event: QoSRequestedIncompatibleQoSInfo) -> None:
+        self._health.problem(
+            "incompatible_camera",
+            f"a camera publishes {TOPIC_OF_PART[part]} with a quality of service that gives this "
+            "node nothing: set the parameter image_reliability to best_effort",
+        )
 
     def _receive(self, part: str, message: Any) -> None:
         stamp_ns = stamp_of(message.header)

@@ -48,6 +48,7 @@ class ReasonerNode(StageNode):
     def connect(self) -> None:
         """Adds the markers of the newest scene."""
         super().connect()
+        self._unmarked: dict[str, Any] | None = None
         self._marked = SceneJoin(tuple(_PARTS.values()), timeout_s=60.0)
         self._markers = self.create_publisher(MarkerArray, "markers", profile_of(QosClass.STATE))
         self._publish_beliefs = self.publish_as[Beliefs]
@@ -60,8 +61,9 @@ class ReasonerNode(StageNode):
         super().take(item)
 
     def tick(self) -> None:
-        """Forgets the markers of scenes that were never decided."""
+        """Forgets the markers of undecided scenes; draws only while somebody looks."""
         self._marked.expired(self.get_clock().now().nanoseconds)
+        self._show_markers()
         super().tick()
 
     def _publish_with_markers(self, beliefs: Beliefs) -> None:
@@ -72,7 +74,14 @@ class ReasonerNode(StageNode):
         now_ns = self.get_clock().now().nanoseconds
         parts = self._marked.add(item.scene_id, _PARTS[type(item)], item, now_ns)
         if parts is not None:
-            self._markers.publish(markers_of(**parts))
+            self._unmarked = parts
+            self._show_markers()
+
+    def _show_markers(self) -> None:
+        # The newest scene waits for the first who looks; who comes later gets what was published.
+        if self._unmarked is not None and self.has_subscribers(self._markers):
+            self._markers.publish(markers_of(**self._unmarked))
+            self._unmarked = None
 
 
 def main() -> int:

@@ -6,6 +6,7 @@ import importlib
 from dataclasses import dataclass
 from typing import Any
 
+RECORDER = "recorder"
 LAUNCHER_VARIABLE = "SCENESENSE_LAUNCHER_PID"
 """Environment variable with the process id of the launcher; a node ends when it is gone."""
 
@@ -18,11 +19,13 @@ class NodeEntry:
         name: Name of the node, and of its section in the params YAML.
         configuration_path: `module:class` of the dataclass that declares its parameters.
         purpose: What the node does, for people.
+        asked_for: Whether it is only started when somebody asks for it.
     """
 
     name: str
     configuration_path: str
     purpose: str
+    asked_for: bool = False
 
     @property
     def module(self) -> str:
@@ -67,7 +70,16 @@ _ALL = [
         "ros_scenesense.stages.axiom_learner:AxiomLearnerConfiguration",
         "learns axioms from labelled scenes, strengthens and forgets them",
     ),
+    NodeEntry(
+        RECORDER,
+        "ros_scenesense.stages.recorder:RecorderConfiguration",
+        "writes all topics into bags, which any ROS 2 tool reads",
+        asked_for=True,
+    ),
 ]
 
 NODES: dict[str, NodeEntry] = {entry.name: entry for entry in _ALL}
 """All nodes in the order in which the launcher starts them."""
+
+DEFAULT_NODES = tuple(name for name, entry in NODES.items() if not entry.asked_for)
+"""The nodes that are started when nobody says which."""

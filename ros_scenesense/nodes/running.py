@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable
@@ -30,6 +31,9 @@ def run(name: str, make_node: Callable[[], StageNode]) -> int:
         _initialise()
         node = make_node()
         _end_with_launcher(node)
+        # What is there now stays: collecting garbage among it would only pause the node.
+        gc.collect()
+        gc.freeze()
         # Measured: one thread lost no message at 200 Hz, the multi-threaded executor half of them.
         executor = SingleThreadedExecutor()
         executor.add_node(node)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +15,7 @@ from ros_scenesense.messages.attention import Estimates
 from ros_scenesense.messages.scenes import Labels, Scene, SceneLost
 from ros_scenesense.nodes.base import StageNode
 from ros_scenesense.nodes.conversions import transform_message
-from ros_scenesense.nodes.frames import FramePublisher
+from ros_scenesense.nodes.frames import TOPIC_OF_PART, FramePublisher
 from ros_scenesense.nodes.running import run
 from ros_scenesense.scene import Frame
 from ros_scenesense.stages.protocol import Outgoing
@@ -49,6 +50,8 @@ class SimulatedCameraNode(StageNode):
     def connect(self) -> None:
         """Adds the images, `/tf` and the services."""
         super().connect()
+        self._takers = [0] * len(TOPIC_OF_PART)
+        self._newcomer = False
         self._frames = FramePublisher(self)
         self.publish_as[Frame] = self._publish_frame
         self._transforms = None
@@ -60,9 +63,20 @@ class SimulatedCameraNode(StageNode):
         self._serve("reset", self.stage.reset, "a new session begins")
 
     def tick(self) -> None:
-        """Shows nothing before somebody takes all the images."""
+        """Shows nothing before somebody takes all the images; shows again what newcomers missed."""
         self.stage.audience = self.has_subscribers(*self._frames.publishers.values())
+        self._greet()
         super().tick()
+
+    def _greet(self) -> None:
+        takers = [each.get_subscription_count() for each in self._frames.publishers.values()]
+        before, self._takers = self._takers, takers
+        if takers != before:
+            # It may not have found all the images yet: the next tick is soon enough.
+            self._newcomer |= any(map(operator.gt, takers, before))
+        elif self._newcomer:
+            self._newcomer = False
+            self.call(self.stage.show_again)
 
     def _serve(self, name: str, method: Callable[[int], list[Outgoing]], answer: str) -> None:
         def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

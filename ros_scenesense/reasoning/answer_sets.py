@@ -157,25 +157,54 @@ def _search(
     deadline: float,
     assumptions: Sequence[tuple[clingo.Symbol, bool]] = (),
 ) -> AnswerSets:
-    found: dict[tuple[str, ...], None] = {}
-    costs: tuple[int, ...] = ()
-    with control.solve(assumptions, yield_=True, async_=True) as handle:
-        while True:
-            handle.resume()
-            if not handle.wait(max(0.0, deadline - time.monotonic())):
-                handle.cancel()
-                return AnswerSets(Outcome.TIMED_OUT, tuple(found), costs)
-            model = handle.model()
-            if model is None:
-                break
-            if model.cost and (question.optimize or question.restoring or question.applied):
-                if not model.optimality_proven:
-                    continue
-                costs = tuple(model.cost)
-            if question.common:
-                found.clear()  # each model is what is left so far
-            found[tuple(map(str, sorted(model.symbols(shown=True))))] = None
-            if len(found) == question.models:
-                return AnswerSets(Outcome.SATISFIABLE, tuple(found), costs)
-    outcome = Outcome.SATISFIABLE if found else Outcome.UNSATISFIABLE
-    return AnswerSets(outcome, tuple(found), costs, complete=True)
+    found = _Found(question)
+    # The solver calls back. Handing over each of thousands of models takes longer than finding it.
+    with control.solve(assumptions, on_model=found.take, async_=True) as handle:
+        if not handle.wait(max(0.0, deadline - time.monotonic())):
+            handle.cancel()
+            return AnswerSets(Outcome.TIMED_OUT, found.sets(), found.costs)
+        complete = bool(handle.get().exhausted)
+    sets = found.sets()
+    return AnswerSets(
+        Outcome.SATISFIABLE if sets else Outcome.UNSATISFIABLE, sets, found.costs, complete
+    )
+
+
+class _Found:
+    """Takes models and keeps what is an answer.
+
+    Thousands of models are made of the same few atoms: these are numbered as they come, and
+    compared and written once, at the end.
+    """
+
+    def __init__(self, question: Question) -> None:
+        self._question = question
+        self._optimal = bool(question.optimize or question.restoring or question.applied)
+        self._numbers: dict[clingo.Symbol, int] = {}
+        self._sets: dict[tuple[int, ...], None] = {}
+        self.costs: tuple[int, ...] = ()
+
+    def take(self, model: clingo.Model) -> bool:
+        """Takes a model; False if there are enough."""
+        if self._optimal and model.cost:
+            if not model.optimality_proven:
+                return True
+            self.costs = tuple(model.cost)
+        if self._question.common:
+            self._sets.clear()  # each model is what is left so far
+        numbers = self._numbers
+        shown = [numbers.setdefault(each, len(numbers)) for each in model.symbols(shown=True)]
+        self._sets[tuple(sorted(shown))] = None
+        return len(self._sets) != self._question.models
+
+    def sets(self) -> tuple[tuple[str, ...], ...]:
+        """The answer sets in the order they were found, each in clingo's order of terms."""
+        ordered = sorted(self._numbers)
+        texts = list(map(str, ordered))
+        ranks = [0] * len(ordered)
+        for rank, symbol in enumerate(ordered):
+            ranks[self._numbers[symbol]] = rank
+        return tuple(
+            tuple(texts[rank] for rank in sorted(ranks[number] for number in each))
+            for each in self._sets
+        )

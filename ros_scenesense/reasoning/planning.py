@@ -20,6 +20,7 @@ from ros_scenesense.knowledge.literals import Atom, Literal
 from ros_scenesense.knowledge.transition_program import (
     PRIORITY_FEWEST,
     PRIORITY_TIE,
+    PRIORITY_UNSURE,
     TransitionProgram,
 )
 from ros_scenesense.reasoning.atoms import atom_of, literal_of
@@ -63,7 +64,9 @@ class PlanningTask:
         goal: To be achieved.
         avoided: Estimated literals, perhaps with variables, that no action may bring about; where
             only defaults conclude one, an exception excuses it.
-        preferred: Literals of which there are to be few among equally good plans.
+        preferred: Groups of literals of which there are to be few among equally good plans, the
+            first first; but before them as little as can be is to become unsure: what was surely
+            not to be avoided, and is not any more.
         forbidden: Actions that cannot be the first, e.g. because they were refused.
         lenient: Whether actions may be done though something makes them impossible; plans that
             violate least are best, whatever else they are.
@@ -73,7 +76,7 @@ class PlanningTask:
     initial: tuple[Literal, ...]
     goal: Goal
     avoided: tuple[Literal, ...] = ()
-    preferred: tuple[Literal, ...] = ()
+    preferred: tuple[tuple[Literal, ...], ...] = ()
     forbidden: tuple[Atom, ...] = ()
     lenient: bool = False
 
@@ -111,14 +114,17 @@ class FoundPlan:
         exceptions: What was avoided and only defaults conclude, with the step after which it holds.
         violations: Of a lenient task: what makes an action impossible, an axiom's id or `AVOIDED`,
             with the step after it.
-        counted: How many instances of the goal's `fewest`, and of the preferred literals, hold at
-            the end.
+        counted: How many instances of the goal's `fewest`, and of each group of preferred literals,
+            hold at the end.
+        unsure: How often what was surely not to be avoided is not sure any more, such as an object
+            that is put where it may or may not stay; not counted within a horizon.
     """
 
     actions: tuple[Atom, ...]
     exceptions: tuple[tuple[Literal, int], ...] = ()
     violations: tuple[tuple[str, int], ...] = ()
-    counted: tuple[int, int] = (0, 0)
+    counted: tuple[int, ...] = (0, 0)
+    unsure: int = 0
 
 
 @dataclass(frozen=True)
@@ -127,8 +133,8 @@ class Planning:
 
     Attributes:
         outcome: How it ended.
-        plans: Best first: by what the goal asks few of, length, what is preferred, their text. All
-            have equally many exceptions.
+        plans: Best first: by what the goal asks few of, length, what becomes unsure, what is
+            preferred, their text. All have equally many exceptions.
         complete: Whether these are all the plans that were asked for.
         steps: The last step that was searched.
         seconds: CPU time it took.
@@ -161,9 +167,10 @@ def plan(task: PlanningTask, limits: PlanningLimits = PlanningLimits()) -> Plann
     )
 
 
-def _rank(found: FoundPlan) -> tuple[int, int, int, str]:
-    fewest, preferred = found.counted
-    return fewest, len(found.actions), preferred, ", ".join(map(str, found.actions))
+def _rank(found: FoundPlan) -> tuple[int, int, int, list[int], str]:
+    fewest, *preferred = found.counted
+    text = ", ".join(map(str, found.actions))
+    return fewest, len(found.actions), found.unsure, preferred, text
 
 
 _Cost = tuple[int, int, int]
@@ -185,7 +192,7 @@ class _Search:
         asked = [condition.literal for condition in task.goal.conditions]
         self._program = TransitionProgram(
             task.description,
-            (*asked, *task.preferred),
+            (*asked, *(each for group in task.preferred for each in group)),
             task.initial,
             task.avoided,
             lenient=task.lenient,
@@ -202,7 +209,7 @@ class _Search:
         self._solving.models = limits.max_plans + 1 if limits.every else 1
         self._cost: _Cost | None = None
         self._shortest: int | None = None
-        self._reader = _Reader(self._program)
+        self._reader = _Reader(self._program, len(task.preferred))
         self.plans: list[FoundPlan] = []
         self.complete = True
         self.step = 0
@@ -230,6 +237,7 @@ class _Search:
             program.text(),
             program.choice(),
             program.avoidance(),
+            program.doubt(),
             program.novelty(),
             program.goal(task.goal, task.preferred),
             "#program first.",
@@ -244,6 +252,7 @@ class _Search:
         query, horizon = self._program.helper("query"), self._limits.aim is Aim.HORIZON
         parts = ["state", "goal"]
         parts += ["step", "choice", "avoidance"] if step > 0 else []
+        parts += ["doubt"] if step > 0 and not horizon else []
         # Plans within a horizon may be as roundabout as they like. Where an action is forbidden at
         # first, it makes a difference to be back.
         new = step > (2 if self._forbidding else 1) and not horizon
@@ -338,7 +347,8 @@ class _Search:
 class _Reader:
     """Reads plans from models; thousands of plans are made of the same few atoms."""
 
-    def __init__(self, program: TransitionProgram) -> None:
+    def __init__(self, program: TransitionProgram, groups: int) -> None:
+        self._few = (PRIORITY_FEWEST, *(PRIORITY_TIE - number for number in range(groups)))
         self._names = {name: program.helper(name) for name in (*_SHOWN, "no")}
         self._kinds = {helper: name for name, helper in self._names.items()}
         self._known: dict[clingo.Symbol, tuple[str, int, Any]] = {}
@@ -362,7 +372,8 @@ class _Reader:
             actions=tuple(action for _, action in sorted(found["occurs"], key=_number)),
             exceptions=tuple((each, step) for step, each in sorted(found["exception"], key=str)),
             violations=tuple((each, step) for step, each in sorted(found["violated"])),
-            counted=(counted.count(PRIORITY_FEWEST), counted.count(PRIORITY_TIE)),
+            counted=tuple(map(counted.count, self._few)),
+            unsure=counted.count(PRIORITY_UNSURE),
         )
         violations, exceptions, fewest = model.cost[:3]
         return _Answer(plan, (violations, exceptions, fewest))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -278,7 +278,7 @@ DERIVED_RELATIONS = ("on",)
 
 
 def with_axiom(description: SystemDescription, identifier: str, text: str) -> SystemDescription:
-    """A domain with one more state constraint or default, such as a learned one.
+    """A domain with one more axiom about states or actions, such as a learned one.
 
     Raises:
         LanguageError: If the text is broken or says something else, or the id is taken.
@@ -291,9 +291,10 @@ def with_axiom(description: SystemDescription, identifier: str, text: str) -> Sy
     added = longer.axioms[len(description.axioms) :]
     if longer != description.with_axioms(added) or [each.id for each in added] != [identifier]:
         raise LanguageError(f"{source}: found {text[:200]!r}, expected one axiom and nothing else")
-    if not statements_about_states(replace(description, axioms=added)):
+    if isinstance(added[0], language.InitialDefault):
         raise LanguageError(
-            f"{source}: found {added[0]}, expected `l if ...` or `normally l if ...`"
+            f"{source}: found {added[0]}, expected `l if ...`, `normally l if ...`, "
+            "`a causes l if ...` or `impossible a if ...`"
         )
     return longer
 

@@ -20,12 +20,16 @@ from ros_scenesense.reasoning.described_scenes import TABLE, KnownScene
 from ros_scenesense.reasoning.facts import SceneObject
 from ros_scenesense.reasoning.planning import PlanningTask
 from ros_scenesense.resources import resource
+from ros_scenesense.scene import Size
 
 AVOIDED = Literal(Atom("stable", (Variable("X"),)), False)
 """What no action of the robot may bring about."""
 
 PREFERRED = Literal(Atom("on", (Variable("X"), Constant(TABLE))))
-"""Of what there are to be few among equally good plans: objects directly on the table."""
+"""Of what there are to be few among equally good plans: objects directly on the table.
+
+Among plans that are as good in this, too, few are to stand on what is not large.
+"""
 
 
 @cache
@@ -104,8 +108,17 @@ class Situation:
 
     def task(self, goal: Goal) -> PlanningTask:
         """The task of achieving a goal from here."""
+        narrow = (
+            Literal(Atom("on", (Variable("X"), self.names.constant(each.name))))
+            for each in self._scene.facts.objects
+            if each.located and each.size is not Size.LARGE
+        )
         return PlanningTask(
-            self.description, self.initial, goal, avoided=(AVOIDED,), preferred=(PREFERRED,)
+            self.description,
+            self.initial,
+            goal,
+            avoided=(AVOIDED,),
+            preferred=((PREFERRED,), tuple(narrow)),
         )
 
     def planned(self, action: Atom) -> PlannedAction:

@@ -84,11 +84,20 @@ class Manipulation:
         world: As built. The hand takes what it holds out of `world.bodies`.
         supports: Pairs (upper, lower) of names: what stands on what.
         view: The camera that must see what is put on the table.
+        error_m: So far from the middle of its support, at most, it puts an object; None = as far
+            as everything in the world is built.
     """
 
-    def __init__(self, world: World, supports: Iterable[tuple[str, str]], view: View) -> None:
+    def __init__(
+        self,
+        world: World,
+        supports: Iterable[tuple[str, str]],
+        view: View,
+        error_m: float | None = None,
+    ) -> None:
         self.world = world
         self.view = view
+        self.error_m = error_m
         self.supports = list(supports)
         self.held: Piece | None = None
 
@@ -116,9 +125,9 @@ class Manipulation:
     def putdown(self, name: str, location: str, rng: np.random.Generator) -> ActionOutcome:
         """Puts the held object down and lets go.
 
-        On an object it is put with the offset that everything in the world is built with; on the
-        table where there is room and the camera sees it. Refused if the hand does not hold it, the
-        location is not there, carries something or is the object itself, or the table has no room.
+        On an object it is put as near to the middle as the hand can, on the table where there is
+        room and the camera sees it. Refused if the hand does not hold it, the location is not
+        there, carries something or is the object itself, or the table has no room.
 
         Args:
             name: The held object.
@@ -154,7 +163,7 @@ class Manipulation:
         if load:
             return _refused(f"{load} stands on {location}")
         target = self._body(location)
-        x, y = draw_offset(piece.item, target.piece.item, rng)
+        x, y = draw_offset(piece.item, target.piece.item, rng, self.error_m)
         return target.pose.position[0] + x, target.pose.position[1] + y
 
     def _knows(self, name: str) -> bool:

@@ -157,11 +157,22 @@ def draw_item(
 
 
 def draw_offset(
-    upper: CatalogueItem, lower: CatalogueItem, rng: np.random.Generator
+    upper: CatalogueItem,
+    lower: CatalogueItem,
+    rng: np.random.Generator,
+    most_m: float | None = None,
 ) -> tuple[float, float]:
-    """Where an object is put relative to the middle of its support: (x, y) in metres."""
+    """Where an object is put relative to the middle of its support: (x, y) in metres.
+
+    Args:
+        upper: The object.
+        lower: Its support.
+        rng: Source of the offset.
+        most_m: The largest offset; None = that of everything in the world.
+    """
     limit = _LARGEST_OVERLAP_OFFSET * (upper.width_m + lower.width_m) / 2.0
-    offset = min(_OFFSET_M * math.sqrt(rng.random()), limit)
+    largest = _OFFSET_M if most_m is None else most_m
+    offset = min(largest * math.sqrt(rng.random()), limit)
     direction = _draw_yaw(rng)
     return offset * math.cos(direction), offset * math.sin(direction)
 

@@ -25,7 +25,9 @@ TABLE_COLOR = (0.45, 0.36, 0.31)
 WALL_COLOR = (0.70, 0.74, 0.78)
 PLAIN = 0
 """The background without patterns, as the renderer makes it."""
-MOST_BACKGROUNDS = 100
+MOST_BACKGROUNDS = 1000
+_KEPT = 100
+"""Backgrounds that are kept painted, of up to 1.5 MiB each."""
 
 Image = npt.NDArray[np.float32]
 Pixels = npt.NDArray[np.uint8]
@@ -46,7 +48,7 @@ class Background:
     wall: Pixels
 
 
-@lru_cache(maxsize=MOST_BACKGROUNDS + 1)
+@lru_cache(maxsize=_KEPT)
 def background(number: int) -> Background:
     """The background of this number; always the same.
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +20,15 @@ from ros_scenesense.attention.queries import Query, SeenScene, queries_of, regio
 from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import LanguageError, NetworkError
 from ros_scenesense.knowledge.action_language import load
-from ros_scenesense.messages.attention import Estimates, Example, Examples, Roi, Rois
+from ros_scenesense.messages.attention import Estimates, Roi, Rois
 from ros_scenesense.messages.grounding import Objects, Relations
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdict, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.parameters import parameter
 from ros_scenesense.resources import resource
-from ros_scenesense.scene import DecisionStatus, Frame, Task, Truth
+from ros_scenesense.scene import Frame, Task, Truth
 from ros_scenesense.stages.active_knowledge import active_description
 from ros_scenesense.stages.attention_engine import AttentionEngine
+from ros_scenesense.stages.attention_lessons import conclusions_of, examples_of, lacking_of
 from ros_scenesense.stages.attention_store import AttentionStore
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
@@ -42,7 +44,7 @@ from ros_scenesense.stages.protocol import (
 )
 from ros_scenesense.stages.state_file import state_path
 
-SIDE = 64
+SIDE = 32
 """Pixels of the inputs of the query network."""
 _PUBLISHERS = {
     "frame": "the camera's images",
@@ -59,7 +61,6 @@ _PART_OF: dict[type[Incoming], str] = {
     Beliefs: "beliefs",
 }
 _COLUMN = {Task.STABILITY: 0, Task.OCCLUSION: 1}
-Reason = Literal["undecided", "inconsistent", "timed_out", "wrong"]
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,8 @@ class AttentionStage:
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of the engine that asks and trains networks."""
-        return AttentionEngine
+        network = self._training.network
+        return partial(AttentionEngine, None if network is None else network.file)
 
     def start(self, now_ns: int) -> list[Outgoing]:
         """Nothing is published before a scene came."""
@@ -308,39 +310,21 @@ class AttentionStage:
         return self._learn(both["seen"], both["verdicts"], now_ns)
 
     def _learn(self, scene: SeenScene, verdicts: Verdicts, now_ns: int) -> list[Outgoing]:
-        lacking = {
-            (verdict.subject[0], verdict.task): verdict
-            for verdict in verdicts.verdicts
-            if verdict.kind == "object"
-            and verdict.verdict in ("undecided", "wrong")
-            and verdict.label in (Truth.TRUE, Truth.FALSE)
-        }
+        lacking = lacking_of(verdicts)
         targets = {task: {name for name, other in lacking if other is task} for task in Task}
         queries = self._queries(scene, self._regions(scene, targets))
         labelled = [
             (query, lacking[query.target, query.task].label is Truth.TRUE) for query in queries
         ]
-        if not self._store.add(verdicts.scene_id, _conclusions(scene, verdicts), labelled):
+        if not self._store.add(
+            verdicts.scene_id, conclusions_of(scene.beliefs, verdicts), labelled
+        ):
             self.health.count("scenes_judged_before")
             return []
         self._purity = measured_purity(self._store.conclusions())
         self.health.count("examples", len(labelled))
         published: list[Outgoing] = [
-            Examples(
-                stamp=verdicts.stamp,
-                scene_id=verdicts.scene_id,
-                knowledge_revision=scene.beliefs.knowledge_revision,
-                examples=[
-                    Example(
-                        task=query.task,
-                        target=query.target,
-                        label=label,
-                        objects=list(query.objects),
-                        reason=_reason(lacking[query.target, query.task]),
-                    )
-                    for query, label in labelled
-                ],
-            ),
+            examples_of(scene.beliefs.knowledge_revision, verdicts, labelled),
             Figure("attention/examples", self._store.example_count),
         ]
         every = self.configuration.train_every
@@ -349,32 +333,5 @@ class AttentionStage:
         return published
 
 
-def _conclusions(scene: SeenScene, verdicts: Verdicts) -> list[tuple[str, bool]]:
-    """The defaults that reasoning drew on, each with whether it was right."""
-    beliefs = {
-        (each.name, task): belief
-        for each in scene.beliefs.objects
-        for task, belief in ((Task.STABILITY, each.stable), (Task.OCCLUSION, each.occluded))
-    }
-    return [
-        (axiom, verdict.verdict == "right")
-        for verdict in verdicts.verdicts
-        if verdict.kind == "object"
-        and verdict.status is DecisionStatus.BY_DEFAULT
-        and verdict.verdict in ("right", "wrong")
-        and (verdict.subject[0], verdict.task) in beliefs
-        for axiom in beliefs[verdict.subject[0], verdict.task].axioms
-    ]
-
-
 def _stamp_of(item: Any) -> int:
     return int(item.stamp.nanoseconds)
-
-
-def _reason(verdict: Verdict) -> Reason:
-    reasons: dict[DecisionStatus, Reason] = {
-        DecisionStatus.UNDECIDED: "undecided",
-        DecisionStatus.INCONSISTENT: "inconsistent",
-        DecisionStatus.TIMED_OUT: "timed_out",
-    }
-    return reasons.get(verdict.status, "wrong")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -66,14 +66,20 @@ class TrainingState(NamedTuple):
 
 
 class AttentionEngine:
-    """Asks and trains networks."""
+    """Asks and trains networks.
 
-    def __init__(self) -> None:
+    Args:
+        file: Of the network that will be asked first; None if there is none yet.
+    """
+
+    def __init__(self, file: str | None = None) -> None:
         # torch takes seconds to import, which the first scene should not pay.
         import ros_scenesense.attention.networks.training  # noqa: F401
 
         self._networks: dict[str, TrainedNetwork] = {}
         self._training: tuple[TrainingOrder, TrainingSet, Training] | None = None
+        if file is not None:
+            self._warm_up(file)
 
     def answer(
         self, file: str, images: npt.NDArray[np.float32], numbers: npt.NDArray[np.float32]
@@ -92,14 +98,14 @@ class AttentionEngine:
             NetworkError: If the examples cannot teach anything.
         """
         from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
-        from ros_scenesense.attention.networks.training import Training, TrainingConfiguration
+        from ros_scenesense.attention.networks.training import Training, query_training
 
         training, held_out = examples.parts()
         begun = Training(
             QueryNetworkConfiguration(side=order.side),
             training,
             held_out,
-            TrainingConfiguration(iterations=order.iterations, flip=True, seed=order.seed),
+            query_training(order.iterations, order.seed),
             order.device,
         )
         checkpoint = _checkpoint(order)
@@ -135,6 +141,16 @@ class AttentionEngine:
             loss=trained.loss(held_out),
             rival_loss=None if order.rival is None else self._network(order.rival).loss(held_out),
         )
+
+    def _warm_up(self, file: str) -> None:
+        """Asks about nothing: the first answer takes many times as long as any other."""
+        try:
+            configuration: Any = self._network(file).network.configuration
+            shape = (1, configuration.channels, configuration.side, configuration.side)
+            numbers = np.zeros((1, configuration.numbers), np.float32)
+            self.answer(file, np.zeros(shape, np.float32), numbers)
+        except NetworkError:
+            return  # who asks is told
 
     def _network(self, file: str) -> TrainedNetwork:
         from ros_scenesense.attention.networks.answers import TrainedNetwork

@@ -22,7 +22,7 @@ from ros_scenesense.scene import Task
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file
 
-_VERSION = 1
+VERSION = 2
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -48,6 +48,8 @@ CREATE TABLE network (
     loss REAL
 );
 """
+_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;",)
+"""Examples of version 1 lack numbers that networks are shown now; its networks do not know them."""
 _OUTPUT = {Task.STABILITY: 0, Task.OCCLUSION: 1}
 _HELD_OUT_OF = 5  # one scene of five
 
@@ -77,7 +79,7 @@ class AttentionStore:
     def __init__(self, path: Path, health: Health, side: int) -> None:
         self._side = side
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS)
 
     def close(self) -> None:
         """Closes the file."""

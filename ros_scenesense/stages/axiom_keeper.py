@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from ros_scenesense.learning.scoring import TRUE_FROM
 from ros_scenesense.learning.strength import FORGOTTEN_BELOW, Strength
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.learning import AxiomRequest, Axioms, LearnedAxiom
+from ros_scenesense.messages.learning import AxiomRequest, Axioms, JobProgress, LearnedAxiom
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import (
     Changes,
@@ -89,6 +91,23 @@ def changes_of_cycle(
     return Changes(axioms, words_fit, refuted, restored, tuple(report.changed))
 
 
+def words_of_cycle(changes: Changes, problems: Sequence[str]) -> str:
+    """What a cycle changed, and what could not be learned, in words."""
+    what = Counter(event.what for event in changes.events)
+    discarded = what["forgotten"] + what["dropped in merging"]
+    said = [f"{what['learned']} axioms learned, {discarded} forgotten or merged"]
+    said += [
+        f"{each.axiom} {each.what}: {each.words}"
+        for each in changes.events
+        if each.what in ("refuted", "restored")
+    ]
+    said += [
+        f"the world has changed: what {fluent!r} follows from is learned anew"
+        for fluent in changes.changed
+    ]
+    return "; ".join([*said, *problems])
+
+
 def answer_to(request: AxiomRequest, store: LearnerStore) -> tuple[Outcome, str, Changes | None]:
     """What becomes of a request: its outcome, the same in words, and what changes."""
     cycle, name = store.cycle, request.axiom
@@ -153,6 +172,20 @@ def message_of(store: LearnerStore, now_ns: int) -> Axioms:
             for each in store.axioms("active")
         ],
         refuted=list(store.refuted()),
+    )
+
+
+def progress_of(
+    name: str, state: Literal["running", "done", "failed"], words: str, now_ns: int
+) -> JobProgress:
+    """How far a cycle has come."""
+    return JobProgress(
+        stamp=Stamp.of(now_ns),
+        job_id=name,
+        node="axiom_learner",
+        state=state,
+        progress=0.0 if state == "running" else 1.0,
+        text=words[:4096],
     )
 
 

@@ -7,10 +7,10 @@ publishes the axioms, which the reasoner takes like any knowledge.
 
 from __future__ import annotations
 
-from collections import Counter
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,11 @@ from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
-from ros_scenesense.learning.examples import Example, Reason, SceneState
+from ros_scenesense.learning.examples import Reason, SceneState
+from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
-from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, JobProgress
+from ros_scenesense.messages.learning import AxiomRequest, AxiomResult
 from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdict, Verdicts
 from ros_scenesense.parameters import parameter
 from ros_scenesense.reasoning.described_scenes import perceived_object, perceived_relation
@@ -30,12 +31,19 @@ from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
 from ros_scenesense.scene import DecisionStatus, Truth
-from ros_scenesense.stages.axiom_keeper import answer_to, changes_of_cycle, message_of
+from ros_scenesense.stages.axiom_keeper import (
+    answer_to,
+    changes_of_cycle,
+    message_of,
+    progress_of,
+    words_of_cycle,
+)
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.learner_store import LearnerStore
-from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task
-from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing
+from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task, suspended
+from ros_scenesense.stages.outcome_desk import OutcomeDesk
+from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.state_file import state_path
 
 _PART_OF: dict[type[Incoming], str] = {
@@ -90,6 +98,9 @@ class AxiomLearnerConfiguration:
     relevant_only: bool = parameter(
         True, "learn from the relations alone that the given axioms make relevant"
     )
+    learn_when_surprised: bool = parameter(
+        True, "begin a cycle at once when an action of the robot had an unexpected outcome"
+    )
     seed: int = parameter(0, "seed of all that is random; same scenes, same axioms", minimum=0)
     join_timeout_s: float = parameter(
         20.0, "seconds to wait for the other messages of a scene", minimum=0.1, maximum=3600.0
@@ -119,12 +130,14 @@ class AxiomLearnerStage:
             self.health,
             max(configuration.pool_scenes, configuration.cycle_scenes),
         )
+        self._outcomes = OutcomeDesk(self._store, self._domain, self._states, self.health)
         timeout_s = configuration.join_timeout_s
         self._scenes = SceneJoin(tuple(_PART_OF.values()), timeout_s, _WAITING_SCENES)
         self._given: frozenset[str] | None = None
         self._trust: Trust | None = None
         self._cycle: tuple[str, list[int]] | None = None
         self._jobs: list[Job] = []
+        self._surprised = self._by_surprise = False
 
     def engine(self) -> Callable[[], Any] | None:
         """A factory of what learns."""
@@ -144,6 +157,9 @@ class AxiomLearnerStage:
             return []
         if isinstance(item, AxiomRequest):
             return self._answer(item, now_ns)
+        if isinstance(item, Transition):
+            self._surprised |= self._outcomes.take(item)
+            return self._learn_if_surprised(now_ns)
         if not isinstance(item, Objects | Relations | Beliefs | Verdicts):
             return []
         part = _PART_OF[type(item)]
@@ -168,7 +184,7 @@ class AxiomLearnerStage:
         if self._cycle is not None:
             return None, f"{self._cycle[0]} is under way"
         pool = self._store.scenes()[-self.configuration.pool_scenes :]
-        if len(pool) < 2:
+        if len(pool) < 2 and not self._store.trials.all():
             return None, "there are no labelled scenes to learn from: show some in training mode"
         new = set(self._store.scenes(new_only=True)) & set(pool)
         generator = np.random.default_rng([self.configuration.seed, self._store.cycle])
@@ -196,31 +212,22 @@ class AxiomLearnerStage:
         if isinstance(result, JobFailure):
             words = f"{name} failed, the axioms stay as they are: {result.reason}"
             self.health.problem("learning_failed", words)
-            return [self._progress(name, "failed", words, now_ns)]
+            return [progress_of(name, "failed", words, now_ns)]
         for problem in result.problems:
-            self.health.problem("not_learned", problem)
+            if self._by_surprise:  # nobody has asked for a cycle
+                self.health.count("not_learned")
+            else:
+                self.health.problem("not_learned", problem)
+        self._by_surprise = False
         taken = {axiom.id for axiom in self._domain.axioms}
         changes = changes_of_cycle(result, self._store, taken)
         self._store.finish_cycle(changes, new)
         self.health.count("cycles")
         for axiom, words in changes.refuted.items():
-            self.health.problem(
-                "given_refuted", f"given axiom {axiom!r} is put out of force: {words}"
-            )
-        what = Counter(event.what for event in changes.events)
-        discarded = what["forgotten"] + what["dropped in merging"]
-        said = [f"{what['learned']} axioms learned, {discarded} forgotten or merged"]
-        said += [
-            f"{each.axiom} {each.what}: {each.words}"
-            for each in changes.events
-            if each.what in ("refuted", "restored")
-        ]
-        said += [
-            f"the world has changed: what {fluent!r} follows from is learned anew"
-            for fluent in changes.changed
-        ]
-        words = "; ".join([*said, *result.problems])
-        return [self._progress(name, "done", words, now_ns), *self._axioms(now_ns)]
+            problem = f"given axiom {axiom!r} is put out of force: {words}"
+            self.health.problem("given_refuted", problem)
+        done = progress_of(name, "done", words_of_cycle(changes, result.problems), now_ns)
+        return [done, *self._axioms(now_ns), *self._learn_if_surprised(now_ns)]
 
     def close(self) -> None:
         """Closes learner.db."""
@@ -238,6 +245,7 @@ class AxiomLearnerStage:
     ) -> list[Outgoing]:
         if verdicts.use != "train":
             return []
+        start = time.perf_counter()
         if beliefs.retracted or beliefs.conflict:
             self.health.count("scenes_contradictory")
             return []
@@ -259,12 +267,13 @@ class AxiomLearnerStage:
             self.health.count("scenes_kept_before")
             return []
         self.health.count("scenes_kept")
+        timing = Timing("axiom_learner/keep", (time.perf_counter() - start) * 1e3)
         every = self.configuration.cycle_scenes
         if 0 < every <= len(self._store.scenes(new_only=True)) and self._cycle is None:
             name, words = self.learn(now_ns)
             if name is not None:
-                return [self._progress(name, "running", words, now_ns)]
-        return []
+                return [timing, progress_of(name, "running", words, now_ns)]
+        return [timing]
 
     def _state(self, objects: Objects, relations: Relations) -> SceneState | None:
         facts, problems = SceneFacts.checked(
@@ -299,6 +308,14 @@ class AxiomLearnerStage:
             for axiom in (each.stable if fluent == "stable" else each.occluded).axioms
         ]
 
+    def _learn_if_surprised(self, now_ns: int) -> list[Outgoing]:
+        if not (self._surprised and self.configuration.learn_when_surprised) or self._cycle:
+            return []
+        self._surprised = False
+        name, words = self.learn(now_ns)
+        self._by_surprise = name is not None
+        return [] if name is None else [progress_of(name, "running", words, now_ns)]
+
     # --- Learning.
 
     def _order(self, inducing: list[int], judging: list[int], new: list[int]) -> LearningOrder:
@@ -306,12 +323,14 @@ class AxiomLearnerStage:
         description = self._domain.without(self._out_of_force())
         tasks = []
         for fluent, task in FLUENTS.items():
+            if not judging:
+                break
             relevant = None
             if configuration.relevant_only:
                 relevant = frozenset(relevance(description, task).relations)
-            examples: list[Example] = self._store.examples(fluent, inducing)
-            judged = self._store.examples(fluent, judging)
-            recent = frozenset(each.scene_id for each in self._store.examples(fluent, new))
+            parts = (inducing, judging, new)
+            examples, judged, latest = (self._store.examples(fluent, part) for part in parts)
+            recent = frozenset(each.scene_id for each in latest)
             tasks.append(Task(fluent, relevant, examples, judged, recent))
         active = self._store.axioms("active")
         return LearningOrder(
@@ -320,12 +339,7 @@ class AxiomLearnerStage:
             pinned=frozenset(each.id for each in active if each.pinned),
             vetoed=[each.text for each in self._store.axioms("vetoed")],
             tasks=tasks,
-            suspended=[
-                axiom
-                for axiom in self._domain.axioms
-                if isinstance(axiom, StateConstraint | Default)
-                and axiom.id in self._store.refuted()
-            ],
+            suspended=suspended(self._domain, self._store.refuted()),
             algorithm="paper" if configuration.algorithm == "paper" else "covering",
             purity=configuration.purity,
             default_purity=(
@@ -334,6 +348,7 @@ class AxiomLearnerStage:
             slack=self._slack(),
             trees=configuration.trees,
             seed=configuration.seed,
+            trials=self._store.trials.all(),
         )
 
     def _out_of_force(self) -> set[str]:
@@ -372,18 +387,6 @@ class AxiomLearnerStage:
     def _axioms(self, now_ns: int) -> list[Outgoing]:
         message = message_of(self._store, now_ns)
         return [message, Figure("axiom_learner/axioms", len(message.axioms))]
-
-    def _progress(
-        self, name: str, state: Literal["running", "done", "failed"], words: str, now_ns: int
-    ) -> JobProgress:
-        return JobProgress(
-            stamp=Stamp.of(now_ns),
-            job_id=name,
-            node="axiom_learner",
-            state=state,
-            progress=0.0 if state == "running" else 1.0,
-            text=words[:4096],
-        )
 
 
 _FLUENT = {task: fluent for fluent, task in FLUENTS.items()}

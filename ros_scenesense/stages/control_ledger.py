@@ -32,7 +32,7 @@ from ros_scenesense.stages.state_file import open_state_file
 from ros_scenesense.stages.statements import Statement, relation_named
 
 # Also to be raised, with a migration, when a message that is kept gets a new version.
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE scene (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -114,7 +114,7 @@ class ControlLedger:
     """
 
     def __init__(self, path: Path, health: Health, remembered_scenes: int) -> None:
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health, check=_check)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, check=_check)
         self._health = health
         self._remembered_scenes = remembered_scenes
 

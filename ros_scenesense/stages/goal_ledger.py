@@ -11,7 +11,7 @@ from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file
 
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE goal (
     id TEXT PRIMARY KEY,
@@ -68,7 +68,7 @@ class GoalLedger:
     """
 
     def __init__(self, path: Path, health: Health) -> None:
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health)
 
     def open_goal(self) -> OpenGoal | None:
         """The goal that nobody has closed; None if there is none."""

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import msgspec
 
 from ros_scenesense.errors import LanguageError
+from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.messages.actions import (
     Action,
     ActionResult,
@@ -76,6 +77,10 @@ class GoalKeeper:
         self._refused: dict[str, list[tuple[PlannedAction, str]]] = {}
         self._job: Job | None = None
         self._running: str | None = None
+        # The action that was refused, while it is worked out what should have come of it.
+        self._declined: Action | None = None
+        # What was known when the plan was made.
+        self._known: tuple[SystemDescription, frozenset[str]] | None = None
         # The scene that is planned in, or that shows the effect of the action.
         self._here: SeenScene | None = None
         self._number = 0
@@ -150,7 +155,12 @@ class GoalKeeper:
         self._refused.setdefault(action.scene_id, []).append((action.action, result.reason))
         self._reason = f"{words_of(action.action)} was refused: {result.reason}"
         seen_before = self._scenes.get(action.scene_id)
-        return [] if seen_before is None else self._make_plan(seen_before, now_ns)
+        if seen_before is None:
+            return []
+        self._here, self._declined = seen_before, action
+        situation = self._scenes.situation(seen_before)
+        self._submit("expect", (situation, situation.action(action.action)))
+        return []
 
     def tick(self, now_ns: int) -> list[Outgoing]:
         """Gives a goal up when nothing comes any more."""
@@ -181,6 +191,10 @@ class GoalKeeper:
             return []
         self._running = None
         self._since_ns = now_ns
+        declined, self._declined = self._declined, None
+        if declined is not None:
+            told = [] if isinstance(result, JobFailure) else self._told(declined, here, result)
+            return [*told, *self._make_plan(here, now_ns)]
         if isinstance(result, JobFailure):
             return self._end("timed_out" if result.timed_out else "failed", result.reason)
         if isinstance(result, PlanReport):
@@ -194,6 +208,7 @@ class GoalKeeper:
     def _forget(self, now_ns: int) -> None:
         self._wanted, self._plan, self._reason, self._refused = None, [], "", {}
         self._job, self._running, self._since_ns = None, None, now_ns
+        self._declined = None
 
     def _submit(self, method: str, arguments: tuple[Any, ...]) -> None:
         self._number += 1
@@ -207,6 +222,7 @@ class GoalKeeper:
         assert goal is not None
         self._since_ns = now_ns
         self._wanted, self._here = None, seen
+        self._known = (seen.domain, seen.withheld)
         if goal.plans >= self._limits.plans:
             words = f"the goal was not reached by {goal.plans} plans; last: {self._reason}"
             return self._end("failed", words)
@@ -301,35 +317,50 @@ class GoalKeeper:
         assert goal is not None
         action = goal.pending
         assert action is not None
-        situation = self._scenes.situation(seen)
-        transition = Transition(
-            stamp=seen.scene.stamp,
-            id=action.id,
-            episode_id=goal.id,
-            step=action.step,
-            scene_before=action.scene_id,
-            scene_after=seen.id,
-            action=action.action,
-            before=literals_of(report.before, situation),
-            after=literals_of(report.after, situation),
-            expected=literals_of(report.expected, situation),
-        )
+        told = self._told(action, seen, report)
         self._reason = unexpected(action, report)
-        self._ledger.record(goal.id, transition, self._reason)
+        for each in told:
+            self._ledger.record(goal.id, each, self._reason)
         self._settle()
         if report.surprises:
             self._health.count("outcomes_unexpected")
             self._plan = []
+        elif self._plan and (seen.domain, seen.withheld) != self._known:
+            self._reason, self._plan = "what the robot knows has changed", []
+        elif not self._plan:
+            self._reason = "all of the plan was done, and the goal does not hold yet"
         if self._plan:
-            return [transition, *self._next_action(seen)]
-        return [transition, *self._make_plan(seen, now_ns)]
+            return [*told, *self._next_action(seen)]
+        return [*told, *self._make_plan(seen, now_ns)]
+
+    def _told(self, action: Action, seen: SeenScene, report: OutcomeReport) -> list[Transition]:
+        """What came of an action, for whoever learns from it; nothing if it is forgotten."""
+        before = self._scenes.get(action.scene_id)
+        if before is None:
+            return []
+        there, here = self._scenes.situation(before), self._scenes.situation(seen)
+        return [
+            Transition(
+                stamp=seen.scene.stamp,
+                id=action.id,
+                episode_id=action.episode_id,
+                step=action.step,
+                scene_before=action.scene_id,
+                scene_after=seen.id,
+                action=action.action,
+                before=literals_of(report.before.union(there.description.facts), there),
+                after=literals_of(report.after, here),
+                expected=literals_of(report.expected, there),
+                outcome="refused" if seen is before else "executed",
+            )
+        ]
 
     def _end(self, outcome: Ending, reason: str) -> list[Outgoing]:
         goal = self._goal
         assert goal is not None
         self._ledger.close_goal(goal.id, outcome)
         self._goal = None
-        self._job, self._running = None, None
+        self._job, self._running, self._declined = None, None, None
         self._health.count(f"goals_{outcome}")
         return [self._answer(goal, outcome, reason)]
 

@@ -42,6 +42,8 @@ from ros_scenesense.stages.state_file import state_path
 __all__ = ["GroundingConfiguration", "GroundingStage"]
 
 _REMEMBERED = 2000
+# So many scenes may be shown again to a node that was restarted, by default two.
+_KEPT_SEGMENTATIONS = 8
 
 
 class GroundingStage:
@@ -76,6 +78,7 @@ class GroundingStage:
         self._join = SceneJoin(("frame", "scene"), configuration.join_timeout_s)
         self._taken: OrderedDict[str, None] = OrderedDict()
         self._incomplete: OrderedDict[int, None] = OrderedDict()
+        self._segmentations: OrderedDict[int, Segmentation] = OrderedDict()
         self._in_vain: set[str] = set()
         self._jobs: list[Job] = []
 
@@ -95,9 +98,9 @@ class GroundingStage:
         if self._own is not None:
             return self._handle_freely(self._own, item, now_ns)
         if isinstance(item, Frame):
-            self._take(item.stamp_ns, "frame", item, now_ns)
-        elif isinstance(item, Scene):
-            self._take(item.stamp.nanoseconds, "scene", item, now_ns)
+            return self._take(item.stamp_ns, "frame", item, now_ns)
+        if isinstance(item, Scene):
+            return self._take(item.stamp.nanoseconds, "scene", item, now_ns)
         return []
 
     def tick(self, now_ns: int) -> list[Outgoing]:
@@ -214,18 +217,22 @@ class GroundingStage:
         unlocated_count = sum(one.box is None for one in result.objects.objects)
         self.health.count("objects_not_located", unlocated_count)
         segmentation = Segmentation(frame.stamp_ns, frame.frame_id, result.instances)
+        _remember(self._segmentations, frame.stamp_ns, segmentation, _KEPT_SEGMENTATIONS)
         return [result.objects, result.groundings, segmentation, *result.timings]
 
-    def _take(self, stamp_ns: int, part: str, item: Frame | Scene, now_ns: int) -> None:
+    def _take(self, stamp_ns: int, part: str, item: Frame | Scene, now_ns: int) -> list[Outgoing]:
         if self._join.knows(stamp_ns, part):
             self.health.count("repeated")
-            return
+            # All else that was published of it is kept by its topic for who missed it.
+            segmentation = self._segmentations.get(stamp_ns) if part == "frame" else None
+            return [] if segmentation is None else [segmentation]
         if isinstance(item, Frame) and self._lacks_instances(item):
-            return
+            return []
         joined = self._join.add(stamp_ns, part, item, now_ns)
         if joined is not None:
             self._in_vain.clear()
             self._admit(joined["frame"], joined["scene"])
+        return []
 
     def _lacks_instances(self, frame: Frame) -> bool:
         """Reports a frame without the instance ids it needs; it may come again with them."""
@@ -304,8 +311,10 @@ def _seconds(stamp_ns: int) -> str:
     return "{}.{:09d}".format(*divmod(stamp_ns, 1_000_000_000))
 
 
-def _remember(memory: OrderedDict[Any, None], key: Hashable) -> None:
-    """Adds a key to a bounded memory; the oldest is forgotten."""
-    memory[key] = None
-    while len(memory) > _REMEMBERED:
+def _remember(
+    memory: OrderedDict[Any, Any], key: Hashable, value: Any = None, capacity: int = _REMEMBERED
+) -> None:
+    """Adds to a bounded memory; the oldest is forgotten."""
+    memory[key] = value
+    while len(memory) > capacity:
         memory.popitem(last=False)

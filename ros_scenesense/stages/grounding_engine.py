@@ -35,7 +35,6 @@ from ros_scenesense.perception.clouds import (
 from ros_scenesense.perception.depth_units import sparseness, unit_fault
 from ros_scenesense.perception.plane import find_plane
 from ros_scenesense.perception.points import points_of
-from ros_scenesense.perception.segmentation import find_objects
 from ros_scenesense.scene import Frame, NamingFrame
 from ros_scenesense.stages.measuring import measured_attributes
 from ros_scenesense.stages.pair_grounding import GroundedPairs, Learned, ground_scene
@@ -151,7 +150,11 @@ class GroundingEngine:
     """Grounds the relations of scenes and makes clouds; remembers nothing between two calls."""
 
     def __init__(self, configuration: GroundingConfiguration) -> None:
-        import scipy.spatial  # noqa: F401  # takes a second, which the first scene should not pay
+        # They take a second, which neither the first scene nor the node itself should pay.
+        import scipy.spatial  # noqa: F401
+
+        if configuration.segments:
+            import ros_scenesense.perception.segmentation  # noqa: F401
 
         self.configuration = configuration
 
@@ -264,6 +267,8 @@ def _segmented(frame: Frame, scene: Scene, rng: np.random.Generator) -> npt.NDAr
     Raises:
         FrameError: If there is no table to find them on.
     """
+    from ros_scenesense.perception.segmentation import find_objects
+
     pose = scene.camera_pose or frame.camera_pose
     up = None if pose is None else rotation_matrix(pose.orientation)[2]
     found = find_objects(frame.color, frame.depth, frame.intrinsics, rng, up)

@@ -24,7 +24,7 @@ from ros_scenesense.stages.state_file import open_state_file, read_state_file
 from ros_scenesense.stages.statements import Statement, relation_named
 
 # Also to be raised, with a migration, when what the model keeps changes its shape.
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE learned (
     only INTEGER PRIMARY KEY CHECK (only = 1),
@@ -81,7 +81,7 @@ class GroundingStore:
     def __init__(
         self, path: Path, health: Health, remembered_scenes: int, settings: MetricSettings
     ) -> None:
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health, check=read_learned)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, check=read_learned)
         self._health = health
         self._remembered_scenes = remembered_scenes
         self._settings = settings
@@ -280,7 +280,7 @@ def look_into(path: Path) -> StoreContents:
     Raises:
         StateError: If there is none, or it cannot be read.
     """
-    with read_state_file(path, _VERSION) as connection:
+    with read_state_file(path, VERSION) as connection:
         updates, memory = read_learned(connection)
         told, scenes = (
             connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+
 from ros_scenesense.errors import ParameterError, SceneSenseError
+from ros_scenesense.knowledge.axioms import CausalLaw, ExecutabilityCondition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.learning import Axioms, LearnedAxiom
 from ros_scenesense.messages.reasoning import Knowledge, KnownAxiom
@@ -29,9 +32,10 @@ class KnowledgeInForce:
         self._given = given
         self._withheld = _ids(withheld, given)
         self._learned: frozenset[str] = frozenset()
+        self._laws: tuple[CausalLaw | ExecutabilityCondition, ...] = ()
         self.program = given
         self.withheld = self._withheld
-        self.revision = given.revision(self.withheld)
+        self.revision = self._revision()
 
     def apply(self, axioms: Axioms) -> list[str]:
         """Puts learned axioms in the place of those before, each checked like any other.
@@ -60,11 +64,16 @@ class KnowledgeInForce:
         self._learned = frozenset(accepted)
         self.program = Program.of(description) if accepted else self._given
         self.withheld = self._withheld | (known & set(axioms.refuted))
-        self.revision = self.program.revision(self.withheld)
+        self._laws = tuple(
+            axiom
+            for axiom in description.axioms
+            if axiom.id in self._learned and isinstance(axiom, CausalLaw | ExecutabilityCondition)
+        )
+        self.revision = self._revision()
         return refused
 
     def message(self, now_ns: int) -> Knowledge:
-        """The axioms in force."""
+        """The axioms in force: those that decide, and what was learned about actions."""
         axioms = [
             KnownAxiom(
                 id=axiom.id,
@@ -76,7 +85,25 @@ class KnowledgeInForce:
             for axiom in self.program.axioms
             if axiom.id not in self.withheld
         ]
+        axioms += [
+            KnownAxiom(
+                id=law.id, text=str(law), statement=str(law), kind=law.kind, origin="learned"
+            )
+            for law in self._laws
+        ]
         return Knowledge(stamp=Stamp.of(now_ns), revision=self.revision, axioms=axioms)
+
+    def _revision(self) -> str:
+        """A hash of all that is in force, actions included."""
+        deciding = self.program.revision(self.withheld)
+        about_actions = [
+            *sorted(self.withheld - {axiom.id for axiom in self.program.axioms}),
+            *(f"{law.id}: {law}" for law in self._laws),
+        ]
+        if not about_actions:
+            return deciding
+        words = "\n".join([deciding, *about_actions])
+        return hashlib.sha256(words.encode()).hexdigest()[:12]
 
 
 def _check_kind(learned: LearnedAxiom, kind: str) -> None:
@@ -87,6 +114,10 @@ def _check_kind(learned: LearnedAxiom, kind: str) -> None:
 def _ids(names: str, program: Program) -> frozenset[str]:
     chosen = frozenset(name.strip() for name in names.split(",") if name.strip())
     known = [axiom.id for axiom in program.axioms]
+    if program.description is not None:
+        laws = (CausalLaw, ExecutabilityCondition)
+        known += [each.id for each in program.description.axioms if isinstance(each, laws)]
+    known = list(dict.fromkeys(known))
     if not chosen <= set(known):
         raise ParameterError(
             f"parameter 'withheld' is {names!r}, must be a comma-separated choice of "

@@ -19,9 +19,12 @@ from ros_scenesense.learning.examples import Example, Fact, Reason, SceneState
 from ros_scenesense.learning.strength import Strength
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file, read_state_file
+from ros_scenesense.stages.trial_store import TRIAL_SCHEMA, TrialStore
 
-VERSION = 1
-_SCHEMA = """
+VERSION = 2
+_MIGRATIONS = (TRIAL_SCHEMA,)
+_SCHEMA = f"""
+{TRIAL_SCHEMA}
 CREATE TABLE scene (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     scene_id TEXT NOT NULL UNIQUE,
@@ -146,6 +149,9 @@ class LearnerContents:
 class LearnerStore:
     """The memory of the axiom learner.
 
+    Attributes:
+        trials: Attempts at actions.
+
     Args:
         path: SQLite file, or `state_file.IN_MEMORY`.
         health: Takes the report of a damaged file.
@@ -156,7 +162,8 @@ class LearnerStore:
     """
 
     def __init__(self, path: Path, health: Health, kept_scenes: int) -> None:
-        self._connection = open_state_file(path, _SCHEMA, VERSION, health, check=_check)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS, _check)
+        self.trials = TrialStore(self._connection)
         self._kept_scenes = kept_scenes
 
     def close(self) -> None:
@@ -378,5 +385,6 @@ def _check(connection: sqlite3.Connection) -> None:
     try:
         for (text,) in connection.execute("SELECT state FROM scene WHERE state IS NOT NULL"):
             _state(text)
+        TrialStore(connection).all()
     except msgspec.MsgspecError as error:
-        raise sqlite3.DatabaseError(f"a scene cannot be read: {error}") from error
+        raise sqlite3.DatabaseError(f"a scene or an action cannot be read: {error}") from error

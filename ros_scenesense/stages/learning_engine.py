@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -17,7 +17,9 @@ from ros_scenesense.learning.examples import Example
 from ros_scenesense.learning.grouping import grouped, is_special_case, same_statement
 from ros_scenesense.learning.paper_learner import PaperLearner
 from ros_scenesense.learning.scoring import TRUE_FROM
+from ros_scenesense.learning.trials import Trial
 from ros_scenesense.reasoning.selection import Dropped, Version, select
+from ros_scenesense.stages.law_learning import LawOrder, is_about_actions, learn_laws
 from ros_scenesense.stages.refutation import AxiomData, Evidence
 
 Algorithm = Literal["covering", "paper"]
@@ -59,6 +61,7 @@ class LearningOrder:
         slack: Estimated share of wrong relations.
         trees: Size of the ensemble.
         seed: Of everything random.
+        trials: Attempts at actions, to learn about these.
     """
 
     description: SystemDescription
@@ -73,6 +76,16 @@ class LearningOrder:
     slack: float = 0.0
     trees: int = 100
     seed: int = 0
+    trials: Sequence[Trial] = ()
+
+
+def suspended(description: SystemDescription, refuted: Collection[str]) -> list[AxiomData]:
+    """The axioms of a domain, of the kind that is learned, that experience put out of force."""
+    return [
+        axiom
+        for axiom in description.axioms
+        if isinstance(axiom, StateConstraint | Default) and axiom.id in refuted
+    ]
 
 
 @dataclass(frozen=True)
@@ -126,12 +139,34 @@ class LearningEngine:
             ReasoningError: If the solver fails.
         """
         report = LearningReport()
+        self._learn_laws(order, report)
         for task in order.tasks:
             try:
                 _Cycle(order, task, report).run()
             except LearningError as error:
                 report.problems.append(f"nothing is learned about {task.fluent!r}: {error}")
         return report
+
+    def _learn_laws(self, order: LearningOrder, report: LearningReport) -> None:
+        laws = learn_laws(
+            LawOrder(
+                description=order.description,
+                learned={n: text for n, text in order.learned.items() if is_about_actions(text)},
+                pinned=order.pinned,
+                vetoed=order.vetoed,
+                trials=order.trials,
+                purity=order.purity,
+                trees=order.trees,
+                seed=order.seed,
+            )
+        )
+        report.problems += laws.problems
+        for each, known in laws.found:
+            axiom = each.axiom
+            report.found.append(Found(str(axiom), axiom.kind, each.purity, each.support, known))
+        for name, instead in laws.lost:
+            words = f"dropped: {instead} tells as well what comes of the action"
+            report.lost.append(Loss(name, False, words))
 
 
 class _Cycle:
@@ -147,7 +182,11 @@ class _Cycle:
             and axiom.head.atom.name == task.fluent
             and can_be_evaluated(axiom)
         ]
-        read = (self._read(text, name) for name, text in order.learned.items())
+        read = (
+            self._read(text, name)
+            for name, text in order.learned.items()
+            if not is_about_actions(text)
+        )
         self._known = [axiom for axiom in read if axiom.head.atom.name == task.fluent]
         self._examples = list(task.examples)
         self._refuted: list[AxiomData] = []
@@ -192,7 +231,7 @@ class _Cycle:
                 random_state=order.seed,
             )
             axioms = covering.fit(self._examples).axioms_
-        vetoed = [self._read(text, "vetoed") for text in order.vetoed]
+        vetoed = [self._read(e, "vetoed") for e in order.vetoed if not is_about_actions(e)]
         unwanted = [*vetoed, *self._given, *self._refuted]
         return [
             replace(each, axiom=replace(each.axiom, id=f"new_{number}"))

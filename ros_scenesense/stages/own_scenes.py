@@ -18,7 +18,7 @@ from ros_scenesense.stages.sessions import new_session
 from ros_scenesense.stages.state_file import open_state_file, state_path
 
 STATE_FILE = "grounding_scenes.db"
-_VERSION = 1
+VERSION = 1
 _SCHEMA = """
 CREATE TABLE session (
     name TEXT PRIMARY KEY,
@@ -46,7 +46,7 @@ class SceneNumbers:
 
     def __init__(self, folder: str, session: str, health: Health) -> None:
         path = state_path(folder, STATE_FILE)
-        self._connection = open_state_file(path, _SCHEMA, _VERSION, health)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health)
         self.session = session or new_session()
         if session and not folder:
             # Without a file nobody knows which numbers this session has used.

@@ -89,6 +89,15 @@ class PlanningEngine:
         actions = report.planning.plans[0].actions
         return replace(report, purposes=purposes(task, actions))
 
+    def expect(self, before: Situation, action: Atom) -> OutcomeReport:
+        """What should have come of an action that was refused, so that nothing has changed.
+
+        Raises:
+            ReasoningError: If the solver fails, or the scene contradicts the domain.
+        """
+        held, expected = project(before.description, before.initial, [action], _watched(before))
+        return OutcomeReport(held, expected, held)
+
     def observe(
         self, before: Situation, action: Atom, after: Situation, time_limit_s: float
     ) -> OutcomeReport:
@@ -106,11 +115,7 @@ class PlanningEngine:
         Raises:
             ReasoningError: If the solver fails, or a scene contradicts the domain.
         """
-        watched = [
-            each.name
-            for each in before.description.signature.attributes.values()
-            if each.kind is not AttributeKind.STATIC
-        ]
+        watched = _watched(before)
         held, expected = project(before.description, before.initial, [action], watched)
         (seen,) = project(after.description, after.initial, [], watched)
         observations = tuple(
@@ -126,6 +131,12 @@ class PlanningEngine:
             history = History(observations, (Happened(action, 0),), before.initial)
             diagnosis = diagnose(before.description, history, time_limit_s)
         return OutcomeReport(held, expected, seen, surprises, diagnosis)
+
+
+def _watched(situation: Situation) -> list[str]:
+    """The names of all fluents."""
+    attributes = situation.description.signature.attributes.values()
+    return [each.name for each in attributes if each.kind is not AttributeKind.STATIC]
 
 
 def _compared(before: Situation, after: Situation) -> Iterator[Atom]:

@@ -15,7 +15,7 @@ from ros_scenesense.stages.state_file import open_state_file
 
 SceneState = Literal["open", "settled", "lost"]
 
-_VERSION = 2
+VERSION = 2
 _SCENES = """
 CREATE TABLE scene (
     session TEXT NOT NULL,
@@ -73,7 +73,7 @@ class SceneLedger:
 
     def __init__(self, path: Path, health: Health) -> None:
         self._connection = open_state_file(
-            path, _SCENES + _ACTIONS, _VERSION, health, migrations=[_ACTIONS]
+            path, _SCENES + _ACTIONS, VERSION, health, migrations=[_ACTIONS]
         )
 
     def record(self, session: str, number: int, state: SceneState) -> None:

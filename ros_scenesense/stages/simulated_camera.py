@@ -130,10 +130,15 @@ class SimulatedCameraStage:
                 outgoing.append(self._lose(number, shown.attempts, "no estimate came", now_ns))
                 continue
             shown.attempts += 1
-            shown.shown_ns = now_ns
-            self.health.count("scenes_shown_again")
-            outgoing.extend(shown.messages)
+            outgoing += self._repeat(shown, now_ns)
         return outgoing
+
+    def show_again(self, now_ns: int) -> list[Outgoing]:
+        """Shows at once what waits for its estimates: somebody new may have missed it.
+
+        A node that was restarted would else wait until the time for the next attempt has come.
+        """
+        return [item for shown in self._shown.values() for item in self._repeat(shown, now_ns)]
 
     def jobs(self) -> list[Job]:
         """The action that is to be executed; rendering of as many scenes as may be under way."""
@@ -260,6 +265,11 @@ class SimulatedCameraStage:
             self.health.count("scenes_shown")
             outgoing.extend(messages)
         return outgoing
+
+    def _repeat(self, shown: _Shown, now_ns: int) -> list[Outgoing]:
+        shown.shown_ns = now_ns
+        self.health.count("scenes_shown_again")
+        return shown.messages
 
     def _messages(self, number: int, scene: SimulatedScene, stamp_ns: int) -> list[Outgoing]:
         stamp = Stamp.of(stamp_ns)

@@ -7,6 +7,7 @@ runs past its deadline kills the process; the next job gets a new one.
 from __future__ import annotations
 
 import contextlib
+import gc
 import multiprocessing
 import os
 import pickle
@@ -233,6 +234,9 @@ def _worker_main(factory: Callable[[], Any], pipe: Connection, memory_bytes: int
         soft = memory_bytes if hard == limits.RLIM_INFINITY else min(memory_bytes, hard)
         limits.setrlimit(limits.RLIMIT_AS, (soft, hard))
     engine, failure = _build(factory)
+    # What is there now stays: collecting garbage among it would only pause the jobs.
+    gc.collect()
+    gc.freeze()
     # The pipe breaks when the parent is gone.
     with contextlib.suppress(EOFError, OSError):
         pipe.send_bytes(pickle.dumps(failure))

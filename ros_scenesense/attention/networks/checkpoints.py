@@ -16,7 +16,7 @@ from torch import nn
 from ros_scenesense.attention.networks.kinds import KINDS, NetworkConfiguration, build, kind_of
 from ros_scenesense.errors import NetworkError
 
-VERSION = 1
+VERSION = 2
 
 
 def save(path: Path, network: nn.Module, content: Mapping[str, Any]) -> None:

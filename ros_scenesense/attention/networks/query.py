@@ -12,8 +12,13 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from ros_scenesense.attention.inputs import NUMBERS
+
 CHANNELS = 6
 """Red, green, blue, depth relative to the target, mask of the target, mask of related objects."""
+
+_PIXELS = 0.5
+"""Share of the training samples whose pixels count."""
 
 
 @dataclass(frozen=True)
@@ -23,18 +28,18 @@ class QueryNetworkConfiguration:
     Attributes:
         side: Width and height of its input in pixels.
         channels: Channels of its input.
-        filters: Of the first convolution; each further one has half as many more.
+        filters: Of the first of three convolutions; each further one has half as many more.
         numbers: Numbers beside the image, see `attention.inputs`.
         dropout: Share of the features that are dropped in training.
         learning_rate: Adam's.
     """
 
-    side: int = 64
+    side: int = 32
     channels: int = CHANNELS
-    filters: int = 16
-    numbers: int = 4
-    dropout: float = 0.3
-    learning_rate: float = 2e-3
+    filters: int = 8
+    numbers: int = NUMBERS
+    dropout: float = 0.5
+    learning_rate: float = 3e-3
 
 
 class QueryNetwork(nn.Module):
@@ -43,8 +48,9 @@ class QueryNetwork(nn.Module):
     def __init__(self, configuration: QueryNetworkConfiguration) -> None:
         super().__init__()
         self.configuration = configuration
-        channels, layers = configuration.channels, []
-        for level in range(4):
+        channels = configuration.channels
+        layers: list[nn.Module] = []
+        for level in range(3):
             count = round(configuration.filters * 1.5**level)
             layers += [
                 nn.Conv2d(channels, count, kernel_size=3, padding=1, bias=False),
@@ -54,23 +60,28 @@ class QueryNetwork(nn.Module):
             ]
             channels = count
         self.features = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(2), nn.Flatten())
+        last = nn.Linear(64, 2)
+        # Pixels have no say before they have learned something.
+        nn.init.zeros_(last.weight)
+        nn.init.zeros_(last.bias)
         self.classifier = nn.Sequential(
-            nn.Dropout(configuration.dropout),
-            nn.Linear(4 * channels, 64),
-            nn.ReLU(),
-            nn.Linear(64, 2),
+            nn.Dropout(configuration.dropout), nn.Linear(4 * channels, 64), nn.ReLU(), last
         )
         # Few numbers drown among many features: they have a say of their own, and for half of the
         # training samples the only one.
         self.numbers = nn.Sequential(
-            nn.Linear(configuration.numbers, 32), nn.ReLU(), nn.Linear(32, 2)
+            nn.BatchNorm1d(configuration.numbers),
+            nn.Linear(configuration.numbers, 32),
+            nn.ReLU(),
+            nn.Linear(32, 2),
         )
 
     def forward(self, images: Tensor, numbers: Tensor) -> Tensor:
         """Logits (B, 2) of images (B, C, side, side) and numbers (B, N)."""
         features = self.features(images)  # (B, 4 * channels)
         seen = self.classifier(features)
+        share: Tensor | float = _PIXELS  # of what they say; on the average as much as in training
         if self.training:
-            seen = seen * (torch.rand_like(seen[:, :1]) < 0.5)
-        logits: Tensor = seen + self.numbers(numbers)
+            share = (torch.rand_like(seen[:, :1]) < _PIXELS).float()
+        logits: Tensor = share * seen + self.numbers(numbers)
         return logits

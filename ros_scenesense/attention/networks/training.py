@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ros_scenesense.attention.networks import checkpoints
 from ros_scenesense.attention.networks.answers import TrainedNetwork, logits_of, masked_loss
@@ -38,7 +38,7 @@ class TrainingConfiguration:
             nothing is stopped early or calibrated.
         interval: Iterations between two looks at the held-out scenes, and between checkpoints.
         patience: Looks without an improvement after which training ends; 0 = never.
-        weight_decay: Adam's.
+        weight_decay: Adam's, apart from the gradient (Loshchilov and Hutter, 2019).
         flip: Whether half of the images are mirrored left to right, which changes no answer about
             a single object.
         seed: Of weights, batches and split.
@@ -52,6 +52,24 @@ class TrainingConfiguration:
     weight_decay: float = 0.0
     flip: bool = False
     seed: int = 0
+
+
+def query_training(
+    iterations: int, seed: int, patience: int = TrainingConfiguration.patience
+) -> TrainingConfiguration:
+    """How a query network is trained.
+
+    Large batches, and weights that decay: with small ones, a hundred images taught it quite
+    different things from seed to seed.
+
+    Args:
+        iterations: Batches at most.
+        seed: Of weights, batches and split.
+        patience: Looks without an improvement after which training ends.
+    """
+    return TrainingConfiguration(
+        iterations=iterations, batch=64, patience=patience, weight_decay=0.01, flip=True, seed=seed
+    )
 
 
 PAPER_ITERATIONS = {
@@ -154,14 +172,18 @@ class Training:
         # Dropout draws from torch's own randomness: a state of its own keeps runs independent.
         self._device = torch.device(device)
         try:
-            self.network = build(network_configuration, configuration.seed).to(self._device)
+            # Channels last is a third faster on a CPU.
+            self.network = _laid_out(
+                build(network_configuration, configuration.seed).to(self._device),
+                torch.channels_last,
+            )
         except (RuntimeError, AssertionError) as error:
             first = str(error).splitlines()[0]
             raise NetworkError(f"device '{device}' cannot be used: {first}; take cpu") from error
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(configuration.seed)
             self._random_state = torch.random.get_rng_state()
-        self._optimizer = torch.optim.Adam(
+        self._optimizer = torch.optim.AdamW(
             self.network.parameters(),
             lr=network_configuration.learning_rate,
             weight_decay=configuration.weight_decay,
@@ -235,7 +257,8 @@ class Training:
         if self._best["weights"] is not None:
             self.network.load_state_dict(self._best["weights"])
             iterations = self._best["iteration"]
-        network = self.network.cpu().eval()
+        # As it will be when it is read again, to the last bit.
+        network = _laid_out(self.network.cpu().eval(), torch.contiguous_format)
         if self._held_out is None:
             return TrainedNetwork(network, iterations=iterations)
         logits = logits_of(network, self._held_out.images, self._held_out.numbers)
@@ -277,12 +300,21 @@ class Training:
         return float(masked_loss(logits, torch.from_numpy(samples.answers)))
 
     def _tensor(self, array: npt.NDArray[np.float32]) -> Tensor:
-        return torch.from_numpy(np.ascontiguousarray(array)).to(self._device)
+        tensor = torch.from_numpy(np.ascontiguousarray(array)).to(self._device)
+        return tensor.to(memory_format=torch.channels_last) if tensor.ndim == 4 else tensor
+
+
+def _laid_out(network: nn.Module, order: torch.memory_format) -> nn.Module:
+    """The network with its weights in another order in memory; the types of torch forget this."""
+    same: nn.Module = network.to(memory_format=order)  # type: ignore[call-overload]
+    return same
 
 
 def _check(samples: Samples) -> None:
     if len(samples) == 0:
         raise NetworkError("there is nothing to train on: collect labelled examples first")
+    if len(samples) == 1:
+        raise NetworkError("one example alone teaches nothing: collect labelled examples first")
     known = samples.answers[~np.isnan(samples.answers)]
     if not known.size:
         raise NetworkError("no sample has an answer: training needs labels")

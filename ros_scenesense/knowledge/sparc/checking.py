@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from ros_scenesense.knowledge.literals import Atom, Comparison, Literal, terms_of, variables_of
 from ros_scenesense.knowledge.numbers import Interval, combined
 from ros_scenesense.knowledge.problems import Problems, listed, nearest
 from ros_scenesense.knowledge.sparc.declarations import Signature, is_unknown
-from ros_scenesense.knowledge.sparc.guards import demands
+from ros_scenesense.knowledge.sparc.guards import columns, demands
 from ros_scenesense.knowledge.sparc.sorts import Extent, value_of, value_text
 from ros_scenesense.knowledge.sparc.statements import (
     Atomic,
@@ -16,19 +14,18 @@ from ros_scenesense.knowledge.sparc.statements import (
     Rule,
     SortTest,
     Text,
-    arithmetics,
     is_anonymous,
 )
 from ros_scenesense.knowledge.sparc.walking import (
     atomic_variables,
     comparisons_of,
+    computed_terms,
     element_occurrences,
     evaluated,
     global_variables,
     literals_of,
     memberships_of,
     occurrences,
-    terms_in,
 )
 from ros_scenesense.knowledge.terms import (
     LARGEST_NUMBER,
@@ -158,10 +155,10 @@ class Checker:
 
     def _argument(self, sort: Extent, term: Term, inside: Atom | Term) -> bool:
         """An argument of a sort; only terms without variables and arithmetic can be outside."""
+        if isinstance(term, Variable):
+            return not is_unknown(sort)
         if is_unknown(sort) or not self._term(term):
             return False
-        if isinstance(term, Variable):
-            return True
         if isinstance(term, Arithmetic):
             if sort.interval is None:
                 self._problems.add(
@@ -243,17 +240,18 @@ class Checker:
         """Every variable occurs in an atom; a local one in an atom of its element."""
         outer = global_variables(rule)
         bound = {each for literal, _ in literals_of(rule) for each in variables_of(literal)}
-        bound |= {
-            each
-            for member in memberships_of(rule)
-            if not member.negated
-            for each in variables(member.term)
-        }
-        sound = True
-        for variable in occurrences(rule):
-            if variable in outer and variable not in bound:
-                self._unrestricted(variable)
-                sound = False
+        if not outer <= bound:
+            bound |= {
+                each
+                for member in memberships_of(rule)
+                if not member.negated
+                for each in variables(member.term)
+            }
+        sound = outer <= bound
+        if not sound:
+            for variable in occurrences(rule):
+                if variable in outer and variable not in bound:
+                    self._unrestricted(variable)
         for element in (each for group in rule.groups for each in group.elements):
             inside = atomic_variables(element)
             for variable in element_occurrences(element):
@@ -273,12 +271,12 @@ class Checker:
 
     def _numbers(self, rule: Rule) -> None:
         """What is computed fits into 32 bits."""
-        computed = [each for term in terms_in(rule) for each in arithmetics(term)]
+        computed = computed_terms(rule)
         if not computed:
             return
         intervals: dict[Variable, Interval] = {}
         for guard in demands(rule, self._signature):
-            for variable, extent in _columns(guard.sort, guard.term):
+            for variable, extent in columns(guard):
                 interval = extent.interval
                 if interval is not None:
                     low, high = intervals.get(variable, interval)
@@ -317,17 +315,6 @@ def _is_ground(term: Term) -> bool:
     if isinstance(term, Record):
         return all(map(_is_ground, term.arguments))
     return isinstance(term, Number | Constant)
-
-
-def _columns(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:
-    """The variables of a term outside arithmetic, each with what it can be."""
-    if isinstance(term, Variable):
-        yield term, extent
-    elif isinstance(term, Record):
-        for index, argument in enumerate(term.arguments):
-            column = extent.column(term.functor, len(term.arguments), index)
-            if column is not None:
-                yield from _columns(column, argument)
 
 
 def check(text: Text, signature: Signature, problems: Problems) -> None:

@@ -36,7 +36,7 @@ from ros_scenesense.knowledge.sparc.statements import (
     Text,
     arithmetics,
 )
-from ros_scenesense.knowledge.terms import Place, Variable, variables
+from ros_scenesense.knowledge.terms import Arithmetic, Place, Variable, variables
 
 NAT = "nat"
 """The built-in sort: numbers from 0 to `#maxint`."""
@@ -250,11 +250,11 @@ class _Sorts:
     def _members(self, members: Members) -> Extent:
         values: dict[Value, None] = {}
         for term in members.terms:
-            found = next(variables(term), None) or next(arithmetics(term), None)
-            if found is not None:
+            found: list[Variable | Arithmetic] = [*variables(term), *arithmetics((term,))]
+            if found:
                 self._problems.add(
-                    found.place,
-                    f"found {found} in a set, expected numbers, names and records of them",
+                    found[0].place,
+                    f"found {found[0]} in a set, expected numbers, names and records of them",
                 )
                 return _Anything()
             values[value_of(term)] = None

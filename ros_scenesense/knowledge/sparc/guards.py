@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ros_scenesense.knowledge.literals import (
     Belief,
@@ -27,6 +28,7 @@ from ros_scenesense.knowledge.sparc.statements import (
 )
 from ros_scenesense.knowledge.sparc.walking import (
     beliefs,
+    computed_terms,
     direct_variables,
     global_variables,
     literals_of,
@@ -36,8 +38,7 @@ from ros_scenesense.knowledge.sparc.walking import (
 from ros_scenesense.knowledge.terms import Arithmetic, Record, Term, Variable, variables
 
 
-@dataclass(frozen=True, slots=True)
-class Guard:
+class Guard(NamedTuple):
     """The demand that a term belongs to a sort."""
 
     sort: Sort
@@ -61,6 +62,21 @@ def demands(rule: Rule, signature: Signature) -> Iterator[Guard]:
             yield Guard(signature.sorts[member.sort], member.term)
     for variable in _only_computed(rule):
         yield Guard(signature.nat, variable)
+
+
+def columns(guard: Guard) -> Iterator[tuple[Variable, Extent]]:
+    """The variables of its term outside arithmetic, each with what it can be."""
+    yield from _columns(guard.sort, guard.term)
+
+
+def _columns(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:
+    if isinstance(term, Variable):
+        yield term, extent
+    elif isinstance(term, Record):
+        for index, argument in enumerate(term.arguments):
+            column = extent.column(term.functor, len(term.arguments), index)
+            if column is not None:
+                yield from _columns(column, argument)
 
 
 class Guarding:
@@ -115,7 +131,7 @@ class Guarding:
 
     def _ask(self, literal: Literal, asked: dict[Guard, None]) -> None:
         for guard in _arguments(literal, self._signature):
-            if any(True for _ in variables(guard.term)):
+            if _varies(guard.term):
                 asked.update((each, None) for each in _parts(guard))
 
     def _given(
@@ -142,7 +158,7 @@ class Guarding:
     ) -> tuple[Guard, ...]:
         found: dict[Term, list[Guard]] = {}
         for guard in asked:
-            if not projected.isdisjoint(variables(guard.term)):
+            if projected and not projected.isdisjoint(variables(guard.term)):
                 continue
             if any(self._covers(guard.sort, each) for each in given.get(guard.term, ())):
                 continue
@@ -155,10 +171,12 @@ class Guarding:
 
 def _only_computed(rule: Rule) -> list[Variable]:
     """The variables of atoms that stand in arithmetic alone: they range over `#nat`."""
+    if not computed_terms(rule) and not memberships_of(rule):
+        return []
     terms = [term for literal, _ in literals_of(rule) for term in literal.atom.arguments]
     terms += [each.term for each in memberships_of(rule)]
+    computed = [each for sum_ in arithmetics(terms) for each in variables(sum_)]
     direct = {each for term in terms for each in direct_variables(term)}
-    computed = [each for term in terms for sum_ in arithmetics(term) for each in variables(sum_)]
     return [each for each in dict.fromkeys(computed) if each not in direct]
 
 
@@ -168,6 +186,10 @@ def _arguments(literal: Literal, signature: Signature) -> Iterator[Guard]:
         yield Guard(sort, term)
 
 
+def _varies(term: Term) -> bool:
+    return isinstance(term, Variable) or next(variables(term), None) is not None
+
+
 def _parts(guard: Guard) -> Iterator[Guard]:
     """The same demand as demands on the arguments of a record, where that says as much."""
     term = guard.term
@@ -175,7 +197,7 @@ def _parts(guard: Guard) -> Iterator[Guard]:
         plain = guard.sort.plain_records(term.functor, len(term.arguments))
         if plain is not None:
             for sort, argument in zip(plain.parts, term.arguments, strict=True):
-                if any(True for _ in variables(argument)):
+                if _varies(argument):
                     yield from _parts(Guard(sort, argument))
             return
     yield guard

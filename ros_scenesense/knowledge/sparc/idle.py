@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ros_scenesense.knowledge.literals import Comparison, terms_of
-from ros_scenesense.knowledge.sparc.guards import Guard, demands
+from ros_scenesense.knowledge.sparc.guards import Guard, columns, demands
 from ros_scenesense.knowledge.sparc.language import Program
 from ros_scenesense.knowledge.sparc.sorts import Extent, Value
 from ros_scenesense.knowledge.sparc.statements import Rule
@@ -94,7 +94,7 @@ def _satisfiable(tests: Sequence[_Test]) -> bool:
     domains: dict[Variable, Extent] = {}
     for test in tests:
         if isinstance(test.what, Guard):
-            for variable, extent in _domains(test.what.sort, test.what.term):
+            for variable, extent in columns(test.what):
                 if variable not in domains or extent.size < domains[variable].size:
                     domains[variable] = extent
             if _shapeless(test.what):
@@ -119,16 +119,6 @@ def _shapeless(guard: Guard) -> bool:
     return isinstance(term, Record) and (
         (term.functor, len(term.arguments)) not in guard.sort.forms
     )
-
-
-def _domains(extent: Extent, term: Term) -> Iterator[tuple[Variable, Extent]]:
-    if isinstance(term, Variable):
-        yield term, extent
-    elif isinstance(term, Record):
-        for index, argument in enumerate(term.arguments):
-            column = extent.column(term.functor, len(term.arguments), index)
-            if column is not None:
-                yield from _domains(column, argument)
 
 
 def _holds(what: Guard | Comparison, values: dict[Variable, Value]) -> bool:

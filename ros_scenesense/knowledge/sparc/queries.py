@@ -59,12 +59,9 @@ def parse_query(text: str, program: Program) -> Query:
     if not isinstance(literal, Literal):
         raise LanguageError("query:1:1: found a sort, expected a literal, such as 'p(X)'")
     Checker(program.signature, program.text, problems).literal(literal)
-    for term in literal.atom.arguments:
-        for arithmetic in arithmetics(term):
-            if evaluated(arithmetic) is None:
-                problems.add(
-                    arithmetic.place, f"found {arithmetic} in a query, expected plain terms"
-                )
+    for arithmetic in arithmetics(literal.atom.arguments):
+        if evaluated(arithmetic) is None:
+            problems.add(arithmetic.place, f"found {arithmetic} in a query, expected plain terms")
     problems.check()
     return Query(literal)
 

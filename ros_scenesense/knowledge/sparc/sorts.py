@@ -241,6 +241,7 @@ class Sort(Extent):
 
     name: str
     extent: Extent = field(default_factory=lambda: Listed({}))
+    _columns: dict[tuple[str, int, int], Extent | None] = field(default_factory=dict, repr=False)
 
     @property
     def size(self) -> int:
@@ -260,7 +261,10 @@ class Sort(Extent):
 
     def column(self, functor: str, arity: int, index: int) -> Extent | None:
         """As in `Extent`."""
-        return self.extent.column(functor, arity, index)
+        asked = functor, arity, index
+        if asked not in self._columns:
+            self._columns[asked] = self.extent.column(functor, arity, index)
+        return self._columns[asked]
 
     @cached_property
     def forms(self) -> frozenset[tuple[str, int]]:

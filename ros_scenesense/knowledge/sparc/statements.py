@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -239,13 +239,15 @@ class Text:
     unread: frozenset[str]
 
 
-def arithmetics(term: Term) -> Iterator[Arithmetic]:
-    """The outermost arithmetic in a term."""
-    if isinstance(term, Arithmetic):
-        yield term
-    elif isinstance(term, Record):
-        for argument in term.arguments:
-            yield from arithmetics(argument)
+def arithmetics(terms: Iterable[Term]) -> list[Arithmetic]:
+    """The outermost arithmetic in terms."""
+    found: list[Arithmetic] = []
+    for term in terms:
+        if isinstance(term, Arithmetic):
+            found.append(term)
+        elif isinstance(term, Record):
+            found += arithmetics(term.arguments)
+    return found
 
 
 def is_anonymous(variable: Variable) -> bool:

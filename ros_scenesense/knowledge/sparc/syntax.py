@@ -17,6 +17,7 @@ from lark.exceptions import UnexpectedInput, VisitError
 from lark.lexer import Lexer
 
 from ros_scenesense.knowledge.problems import Problems, nearest
+from ros_scenesense.knowledge.sparc.machine import Machine
 from ros_scenesense.knowledge.sparc.statements import Text
 from ros_scenesense.knowledge.sparc.trees import MisplacedError, reader
 from ros_scenesense.knowledge.sparc.words import SECTIONS, SIGNS, Word, is_section, statements
@@ -256,8 +257,7 @@ def _parsed(words: list[Word], start: str, end: Place | None, problems: Problems
     if not words:
         return None
     try:
-        statement: Any = words  # lark hands it on to our own lexer
-        return _parser().parse(statement, start=start)
+        return _parser().parse(words, start)
     except MisplacedError as error:
         problems.add(error.place, str(error))
     except VisitError as error:
@@ -313,9 +313,9 @@ def _expected(kinds: set[str]) -> str:
 
 
 @lru_cache(maxsize=1)
-def _parser() -> Lark:
+def _parser() -> Machine:
     grammar = resources.files(__package__).joinpath("sparc.lark").read_text("ascii")
-    return Lark(
+    lark = Lark(
         grammar,
         parser="lalr",
         lexer=_Given,
@@ -323,3 +323,4 @@ def _parser() -> Lark:
         maybe_placeholders=True,
         transformer=reader(),
     )
+    return Machine(lark)

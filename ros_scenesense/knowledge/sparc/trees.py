@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ros_scenesense.errors import LanguageError
@@ -50,8 +51,12 @@ def reader() -> Any:
 class _Reader:
     """A method for each alternative of the grammar; each takes its parts."""
 
-    def listed(self, parts: Parts) -> tuple[Any, ...]:
-        return tuple(parts)
+    listed = tuple
+    begun = list
+
+    def continued(self, parts: Parts) -> list[Any]:
+        parts[0].append(parts[1])
+        return parts[0]  # type: ignore[no-any-return]
 
     def number(self, parts: Parts) -> Number:
         return Number(int(parts[0].text), parts[0].place)
@@ -100,7 +105,7 @@ class _Reader:
         return _literal(parts[1], False)
 
     def absent(self, parts: Parts) -> Condition:
-        return _condition(parts[0], True)
+        return _condition(parts[0], True)  # type: ignore[no-any-return]
 
     def compared(self, parts: Parts) -> Comparison:
         left, operator, right = parts
@@ -201,7 +206,7 @@ class _Reader:
         return Named(parts[0].text[1:], parts[0].place)
 
     def members(self, parts: Parts) -> Members | Named:
-        terms: tuple[Any, ...] = parts[0] or ()
+        terms: list[Any] = parts[0] or []
         if len(terms) == 1 and isinstance(terms[0], SortTest) and terms[0].term is None:
             return Named(terms[0].sort, terms[0].place)  # `[#s]`
         places = [_place(each) for each in terms]
@@ -316,14 +321,15 @@ def _literal(part: Any, positive: bool) -> Atomic:
     raise MisplacedError(_place(part), f"found {part}, expected a literal")
 
 
-def _condition(part: Any, negated: bool) -> Condition:
+def _condition(part: Any, negated: bool) -> Any:
+    """A condition or, as it is, an aggregate."""
     if isinstance(part, Literal):
         return Belief(part, negated)
     if isinstance(part, SortTest):
         if part.term is None:
             raise MisplacedError(part.place, f"found '#{part.sort}', expected '#{part.sort}(...)'")
         return Membership(part.sort, part.term, negated, part.place)
-    return part  # type: ignore[no-any-return]
+    return part
 
 
 def _conditions(parts: tuple[Any, ...] | None) -> tuple[Condition, ...]:
@@ -338,12 +344,12 @@ def _head(part: Any) -> Literal:
     return part  # type: ignore[no-any-return]
 
 
-def _rule(form: Form, head: Any, body: tuple[Any, ...], **more: Any) -> Rule:
+def _rule(form: Form, head: Any, body: Sequence[Any], **more: Any) -> Rule:
     if not isinstance(head, Choice):
         head = tuple(map(_head, head))
-    parts = tuple(each if isinstance(each, Aggregate) else _condition(each, False) for each in body)
+    parts = tuple(_condition(each, False) for each in body)
     if "place" not in more:
-        first = [*(head.elements if isinstance(head, Choice) else head), *parts]
+        first = (head.elements if isinstance(head, Choice) else head) or parts
         more["place"] = _place(first[0]) if first else _NOWHERE
     return Rule(form, head, parts, **more)
 

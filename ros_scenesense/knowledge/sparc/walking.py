@@ -79,8 +79,7 @@ def memberships_of(rule: Rule) -> tuple[Membership, ...]:
 @once
 def projected_variables(rule: Rule) -> frozenset[Variable]:
     """The `_` of beliefs, except in arithmetic: clingo's own `_`, "no value at all" under `not`."""
-    literals = [literal for literal, _ in literals_of(rule)]
-    if not any(is_anonymous(each) for literal in literals for each in variables_of(literal)):
+    if not rule.groups and not any(map(is_anonymous, global_variables(rule))):
         return frozenset()
     elements = [element for group in rule.groups for element in group.elements]
     found: set[Variable] = set()
@@ -88,10 +87,8 @@ def projected_variables(rule: Rule) -> frozenset[Variable]:
         for condition in conditions:
             if isinstance(condition, Belief):
                 found.update(each for each in variables_of(condition) if is_anonymous(each))
-                for term in condition.literal.atom.arguments:
-                    found.difference_update(
-                        each for sum_ in arithmetics(term) for each in variables(sum_)
-                    )
+                for sum_ in arithmetics(condition.literal.atom.arguments):
+                    found.difference_update(variables(sum_))
     return frozenset(found)
 
 
@@ -129,6 +126,12 @@ def terms_in(rule: Rule) -> Iterator[Term]:
         yield from literal.atom.arguments
     for comparison in comparisons_of(rule):
         yield from terms_of(comparison)
+
+
+@once
+def computed_terms(rule: Rule) -> list[Arithmetic]:
+    """The outermost arithmetic of the terms in `terms_in`."""
+    return arithmetics(terms_in(rule))
 
 
 def occurrences(rule: Rule) -> Iterator[Variable]:

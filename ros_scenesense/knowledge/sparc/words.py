@@ -12,17 +12,18 @@ SECTIONS = ("sorts", "predicates", "rules", "display")
 """The sections of a program, in their order; directives come before them."""
 
 _WORDS = re.compile(
-    r"""(?P<BREAK>\n)
+    r"""[ \t\r\f]*(?:
+    (?P<BREAK>\n)
+    |(?P<SIGN>:-|:\+|:~|\.\.|!=|<=|>=|==|[-+*/(){}\[\],;:|@=<>.])
     |(?P<NAME>[a-z][A-Za-z0-9_]*)
     |(?P<VARIABLE>[A-Z][A-Za-z0-9_]*)
-    |(?P<SIGN>:-|:\+|:~|\.\.|!=|<=|>=|==|[-+*/(){}\[\],;:|@=<>.])
     |(?P<NUMBER>[0-9]+)
     |(?P<FUNCTION>\#(?:count|sum|min|max)(?=[ \t\r\n]*\{))
     |(?P<OPTIMIZE>\#(?:minimize|maximize)(?=[ \t\r\n]*\{))
     |(?P<SORT>\#[ \t]*[a-z][A-Za-z0-9_]*)
     |(?P<ANONYMOUS>_(?![A-Za-z0-9_]))
     |(?P<FOREIGN>[^ \t\r\f%])
-    |[ \t\r\f]+|%[^\n]*""",
+    |%[^\n]*|\Z)""",
     re.VERBOSE,
 )
 SIGNS = {
@@ -66,11 +67,11 @@ def statements(
         kind = match.lastgroup
         if kind is None:
             continue
-        position = match.start()
+        position = match.start(kind)
         if kind == "BREAK":
             line, start = line + 1, position + 1
             continue
-        written = match.group()
+        written = match.group(kind)
         if kind == "SIGN":
             kind = SIGNS[written]
             if kind == "STOP":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import TypeVar
 
 from ros_scenesense.errors import DatasetError
@@ -13,7 +13,7 @@ Made = TypeVar("Made")
 
 def run_by_workers(
     function: Callable[[Part], Made], parts: Iterable[Part], jobs: int
-) -> Iterator[Made]:
+) -> Generator[Made, None, None]:
     """Calls a function on each part; few calls are under way at a time.
 
     Args:

@@ -1,0 +1,1 @@
+"""Bags: sessions of the graph as rosbag2 recordings; written, described, repaired and played."""
