@@ -1,5 +1,6 @@
 """The experiment on planning: its goals, its counts, and the whole of it on few scenes."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -192,3 +193,12 @@ def test_the_whole_experiment(dataset, tmp_path, monkeypatch):
     assert result.figures["accuracy_with"] > result.figures["accuracy_without"]
     assert result.tables["The learned axioms"].rows
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_page_on_planning_quotes_what_was_measured():
+    docs = Path(__file__).resolve().parent.parent / "docs"
+    figures = read_result(docs / "results/planning.json").figures
+    quoted = re.findall(r"\| `(\w+)`: [^|]*\| ([\d.]+) \|", (docs / "planning.md").read_text())
+    assert len(quoted) > 10
+    for name, value in quoted:
+        assert f"{figures[name]:.{len(value.partition('.')[2])}f}" == value, name

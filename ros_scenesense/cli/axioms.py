@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 import uuid
 from pathlib import Path
 
@@ -98,7 +99,7 @@ def _request(arguments: argparse.Namespace) -> tuple[Outcome, str]:
     if arguments.offline:
         from ros_scenesense.stages.axiom_keeper import apply_request
 
-        return apply_request(_file(arguments), request)
+        return apply_request(_file(arguments), request, time.time_ns())
     from ros_scenesense.cli.conversation import ask
 
     result = ask(arguments, request, AxiomResult, lambda answer: answer.id == request.id)

@@ -273,7 +273,7 @@ def _tell_comparison(comparison: Comparison, console: Console) -> int:
     if comparison.other_revisions:
         console.print(
             f"{len(comparison.other_revisions)} scenes were decided with other knowledge, trust or "
-            "another network: start the graph from the state in the bag, `scenesense state import`"
+            "another network: give the graph the state of the bag, see `scenesense state import`"
         )
     return _DIFFERENT if comparison.different or comparison.undecided else 0
 

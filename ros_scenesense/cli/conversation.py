@@ -19,6 +19,7 @@ from ros_scenesense.launcher.options import GraphOptions
 from ros_scenesense.messages.base import AnyMessage, HumanMessage
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.topics import TOPICS
+from ros_scenesense.nodes.audience import audience
 from ros_scenesense.nodes.qos import profile_of
 
 Answer = TypeVar("Answer", bound=AnyMessage)
@@ -101,9 +102,7 @@ def _converse(
     try:
         # Others may listen too, so it counts that the one is there who answers.
         if not wait_for(
-            lambda: (
-                publisher.get_subscription_count() > 0 and node.count_publishers(answered.name) > 0
-            )
+            lambda: audience(node, publisher) > 0 and node.count_publishers(answered.name) > 0
         ):
             raise ConversationError(
                 f"no node listens on {publisher.topic_name} within {timeout_s:g} s: start the "

@@ -17,6 +17,7 @@ COMMANDS = {
     "launch": "start the nodes and keep them running",
     "feedback": "tell the running graph how two objects are related",
     "groundings": "draw what prepositions mean to the robot, as it learned",
+    "state": "show, export, take over, empty and examine what the nodes remember",
     "params": "list the parameters of all nodes, or make a params file",
     "bag": "record a session of the graph, tell what a recording holds, repair and play it",
     "dataset": "make, verify, count and show datasets of simulated scenes",

@@ -144,8 +144,14 @@ def _top_down(names: Iterable[str], supports: Sequence[tuple[str, str]]) -> list
 
 
 def _above(name: str, supports: Sequence[tuple[str, str]]) -> set[str]:
-    direct = {upper for upper, lower in supports if lower == name}
-    return direct.union(*(_above(each, supports) for each in direct))
+    found: set[str] = set()
+    waiting = [name]
+    while waiting:
+        lowest = waiting.pop()
+        more = {upper for upper, lower in supports if lower == lowest} - found
+        found |= more
+        waiting += more
+    return found
 
 
 def _shuffled(goals: list[Wanted], rng: np.random.Generator) -> list[Wanted]:

@@ -22,12 +22,12 @@ from ros_scenesense.messages.base import AnyMessage
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.messages.topics import TOPICS, QosClass
+from ros_scenesense.nodes.audience import audience
 from ros_scenesense.nodes.lean_node import LeanNode
 from ros_scenesense.nodes.mailbox import Mailbox
 from ros_scenesense.nodes.parameters import declare_configuration
 from ros_scenesense.nodes.problem_log import ProblemLog
 from ros_scenesense.nodes.qos import profile_of
-from ros_scenesense.nodes.registry import RECORDER
 from ros_scenesense.nodes.vital_signs import VitalSigns
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, Outgoing, Stage, Timing
 from ros_scenesense.stages.worker import WorkerProcess
@@ -147,7 +147,7 @@ class StageNode(LeanNode):
 
     def has_subscribers(self, *publishers: Publisher) -> bool:
         """Whether somebody takes every one of these topics; a recorder is nobody's audience."""
-        return all(self._has_audience(publisher) for publisher in publishers)
+        return all(audience(self, publisher) > 0 for publisher in publishers)
 
     def destroy_node(self) -> None:
         """Stops the worker, closes the stage's files, leaves the graph."""
@@ -171,13 +171,6 @@ class StageNode(LeanNode):
         self.vital_signs.ready = True
         self.vital_signs.send_heartbeat()
         self.call(self.stage.start)
-
-    def _has_audience(self, publisher: Publisher) -> bool:
-        count: int = publisher.get_subscription_count()
-        if count == 0:
-            return False
-        takers = self.get_subscriptions_info_by_topic(publisher.topic_name)
-        return count > sum(taker.node_name == RECORDER for taker in takers)
 
     def _open_publisher(self, message: type[AnyMessage]) -> None:
         topic = TOPICS[message]

@@ -136,7 +136,7 @@ def answer_to(request: AxiomRequest, store: LearnerStore) -> tuple[Outcome, str,
     return "done", words, Changes((new,), (event,))
 
 
-def apply_request(path: Path, request: AxiomRequest) -> tuple[Outcome, str]:
+def apply_request(path: Path, request: AxiomRequest, now_ns: int) -> tuple[Outcome, str]:
     """Does in a learner.db what a person asks, where no node runs that would do it.
 
     Raises:
@@ -146,7 +146,7 @@ def apply_request(path: Path, request: AxiomRequest) -> tuple[Outcome, str]:
     store = LearnerStore(path, Health(), _ALL_SCENES)
     try:
         outcome, reason, changes = answer_to(request, store)
-        store.finish_request(request.id, outcome, reason, changes)
+        store.finish_request(request.id, outcome, reason, changes, now_ns)
     finally:
         store.close()
     return outcome, reason

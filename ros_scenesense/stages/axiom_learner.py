@@ -18,19 +18,18 @@ from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
-from ros_scenesense.learning.examples import Reason, SceneState
+from ros_scenesense.learning.examples import SceneState
 from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult
-from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdict, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.parameters import parameter
 from ros_scenesense.reasoning.described_scenes import perceived_object, perceived_relation
 from ros_scenesense.reasoning.facts import SceneFacts
 from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
-from ros_scenesense.scene import DecisionStatus, Truth
 from ros_scenesense.stages.axiom_keeper import (
     answer_to,
     changes_of_cycle,
@@ -40,6 +39,7 @@ from ros_scenesense.stages.axiom_keeper import (
 )
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.labelled_literals import labelled_literals
 from ros_scenesense.stages.learner_store import LearnerStore
 from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task, suspended
 from ros_scenesense.stages.outcome_desk import OutcomeDesk
@@ -55,10 +55,6 @@ _PART_OF: dict[type[Incoming], str] = {
 _WAITING_SCENES = 256
 _FEWEST_FEEDBACKS = 20
 _LARGEST_SLACK = 0.05
-_REASONS: dict[DecisionStatus, Reason] = {
-    DecisionStatus.INCONSISTENT: "inconsistent",
-    DecisionStatus.TIMED_OUT: "timed_out",
-}
 
 
 @dataclass(frozen=True)
@@ -221,7 +217,7 @@ class AxiomLearnerStage:
         self._by_surprise = False
         taken = {axiom.id for axiom in self._domain.axioms}
         changes = changes_of_cycle(result, self._store, taken)
-        self._store.finish_cycle(changes, new)
+        self._store.finish_cycle(changes, new, now_ns)
         self.health.count("cycles")
         for axiom, words in changes.refuted.items():
             problem = f"given axiom {axiom!r} is put out of force: {words}"
@@ -253,14 +249,7 @@ class AxiomLearnerStage:
         if state is None:
             self.health.count("scenes_not_known_completely")
             return []
-        number = {name: index for index, name in enumerate(state.names)}
-        literals = [
-            (_FLUENT[each.task], number[each.subject[0]], each.label is Truth.TRUE, _reason(each))
-            for each in verdicts.verdicts
-            if each.kind == "object"
-            and each.label in (Truth.TRUE, Truth.FALSE)
-            and each.subject[0] in number
-        ]
+        literals = labelled_literals(verdicts, state.names)
         if not self._store.add_scene(
             verdicts.scene_id, state, literals, self._used(beliefs, verdicts)
         ):
@@ -374,7 +363,7 @@ class AxiomLearnerStage:
         changed = False
         if known is None:
             outcome, reason, changes = answer_to(request, self._store)
-            self._store.finish_request(name, outcome, reason, changes)
+            self._store.finish_request(name, outcome, reason, changes, now_ns)
             changed = changes is not None
         else:
             outcome, reason = known
@@ -387,14 +376,3 @@ class AxiomLearnerStage:
     def _axioms(self, now_ns: int) -> list[Outgoing]:
         message = message_of(self._store, now_ns)
         return [message, Figure("axiom_learner/axioms", len(message.axioms))]
-
-
-_FLUENT = {task: fluent for fluent, task in FLUENTS.items()}
-
-
-def _reason(verdict: Verdict) -> Reason:
-    if verdict.verdict == "right":
-        return "right"
-    if verdict.verdict == "wrong":
-        return "wrong"
-    return _REASONS.get(verdict.status, "undecided")

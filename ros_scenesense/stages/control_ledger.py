@@ -114,7 +114,7 @@ class ControlLedger:
     """
 
     def __init__(self, path: Path, health: Health, remembered_scenes: int) -> None:
-        self._connection = open_state_file(path, _SCHEMA, VERSION, health, check=_check)
+        self._connection = open_state_file(path, _SCHEMA, VERSION, health, check=check_content)
         self._health = health
         self._remembered_scenes = remembered_scenes
 
@@ -330,7 +330,7 @@ def _entry(row: Sequence[Any]) -> Entry:
     )
 
 
-def _check(connection: sqlite3.Connection) -> None:
+def check_content(connection: sqlite3.Connection) -> None:
     """Reads all that the stage cannot do without."""
     try:
         for row in connection.execute(f"SELECT {_ENTRY} FROM feedback"):

@@ -21,8 +21,11 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.state_file import open_state_file, read_state_file
 from ros_scenesense.stages.trial_store import TRIAL_SCHEMA, TrialStore
 
-VERSION = 2
-_MIGRATIONS = (TRIAL_SCHEMA,)
+VERSION = 3
+_MIGRATIONS = (
+    TRIAL_SCHEMA,
+    "ALTER TABLE event ADD COLUMN stamp_ns INTEGER NOT NULL DEFAULT 0;",
+)
 _SCHEMA = f"""
 {TRIAL_SCHEMA}
 CREATE TABLE scene (
@@ -59,7 +62,8 @@ CREATE TABLE event (
     axiom TEXT NOT NULL,
     what TEXT NOT NULL,
     strength REAL NOT NULL,
-    words TEXT NOT NULL
+    words TEXT NOT NULL,
+    stamp_ns INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE refuted (axiom TEXT PRIMARY KEY, words TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE request (id TEXT PRIMARY KEY, outcome TEXT NOT NULL, reason TEXT NOT NULL)
@@ -107,13 +111,14 @@ class StoredAxiom:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that became of an axiom, in the cycle in which it did."""
+    """Something that became of an axiom, in the cycle in which it did; time 0 = nobody knows."""
 
     cycle: int
     axiom: str
     what: str
     strength: float
     words: str = ""
+    stamp_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -125,7 +130,7 @@ class Changes:
         events: What became of them.
         refuted: Given axioms that are out of force from now on, each with why.
         restored: Given axioms that are in force again.
-        changed: Fluents of which labels from before the scenes of the cycle tell nothing any more.
+        changed: Fluents of which older labels than the cycle's tell nothing any more.
     """
 
     axioms: Sequence[StoredAxiom] = ()
@@ -162,7 +167,9 @@ class LearnerStore:
     """
 
     def __init__(self, path: Path, health: Health, kept_scenes: int) -> None:
-        self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS, _check)
+        self._connection = open_state_file(
+            path, _SCHEMA, VERSION, health, _MIGRATIONS, check_content
+        )
         self.trials = TrialStore(self._connection)
         self._kept_scenes = kept_scenes
 
@@ -263,39 +270,41 @@ class LearnerStore:
         """Grows with every change of the axioms."""
         return int(self._connection.execute("SELECT revision FROM progress").fetchone()[0])
 
-    def finish_cycle(self, changes: Changes, learned: Sequence[int]) -> None:
+    def finish_cycle(self, changes: Changes, learned: Sequence[int], now_ns: int = 0) -> None:
         """Writes what a cycle changed; the scenes of these numbers are not new any more."""
         with self._connection:
-            self._apply(changes)
+            self._apply(changes, now_ns)
             self._connection.execute("UPDATE axiom SET right = 0, wrong = 0")
-            self._connection.executemany(
-                "DELETE FROM literal WHERE fluent = ? AND scene < ?",
-                ((fluent, min(learned)) for fluent in changes.changed if learned),
-            )
-            self._connection.executemany(
-                "UPDATE scene SET learned = 1 WHERE number = ?", ((each,) for each in learned)
-            )
+            outdated = [(fluent, min(learned)) for fluent in changes.changed if learned]
+            drop = "DELETE FROM literal WHERE fluent = ? AND scene < ?"
+            self._connection.executemany(drop, outdated)
+            mark = "UPDATE scene SET learned = 1 WHERE number = ?"
+            self._connection.executemany(mark, ((each,) for each in learned))
             self._connection.execute("UPDATE progress SET cycle = cycle + 1")
 
     def answer(self, request: str) -> tuple[Outcome, str] | None:
         """What became of a request before; None if it is new."""
-        row = self._connection.execute(
-            "SELECT outcome, reason FROM request WHERE id = ?", (request,)
-        ).fetchone()
+        question = "SELECT outcome, reason FROM request WHERE id = ?"
+        row = self._connection.execute(question, (request,)).fetchone()
         return None if row is None else (row[0], row[1])
 
     def finish_request(
-        self, request: str, outcome: Outcome, reason: str, changes: Changes | None
+        self,
+        request: str,
+        outcome: Outcome,
+        reason: str,
+        changes: Changes | None,
+        now_ns: int = 0,
     ) -> None:
         """Writes what became of a request."""
         with self._connection:
             if changes is not None:
-                self._apply(changes)
+                self._apply(changes, now_ns)
             self._connection.execute(
                 "INSERT INTO request VALUES (?, ?, ?)", (request, outcome, reason)
             )
 
-    def _apply(self, changes: Changes) -> None:
+    def _apply(self, changes: Changes, now_ns: int) -> None:
         self._connection.executemany(
             "INSERT INTO axiom VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
             "ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
@@ -320,8 +329,9 @@ class LearnerStore:
             ),
         )
         self._connection.executemany(
-            "INSERT INTO event (cycle, axiom, what, strength, words) VALUES (?, ?, ?, ?, ?)",
-            ((e.cycle, e.axiom, e.what, e.strength, e.words) for e in changes.events),
+            "INSERT INTO event (cycle, axiom, what, strength, words, stamp_ns) "
+            "VALUES (?, ?, ?, ?, ?, ?)",
+            ((e.cycle, e.axiom, e.what, e.strength, e.words, now_ns) for e in changes.events),
         )
         self._connection.executemany(
             "INSERT OR REPLACE INTO refuted VALUES (?, ?)", changes.refuted.items()
@@ -358,7 +368,7 @@ def _axioms(connection: sqlite3.Connection) -> list[StoredAxiom]:
 
 def _history(connection: sqlite3.Connection) -> Iterator[Event]:
     for row in connection.execute(
-        "SELECT cycle, axiom, what, strength, words FROM event ORDER BY number"
+        "SELECT cycle, axiom, what, strength, words, stamp_ns FROM event ORDER BY number"
     ):
         yield Event(*row)
 
@@ -380,7 +390,7 @@ def _axiom(row: Sequence[Any]) -> StoredAxiom:
     )
 
 
-def _check(connection: sqlite3.Connection) -> None:
+def check_content(connection: sqlite3.Connection) -> None:
     """Reads all that the stage cannot do without."""
     try:
         for (text,) in connection.execute("SELECT state FROM scene WHERE state IS NOT NULL"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -156,8 +157,11 @@ class NetworkTraining:
             ParameterError: If the file does not exist.
         """
         known = self._store.network()
-        if known is not None and Path(known.file).exists():
-            return known
+        if known is not None:
+            # The state may have been brought here from elsewhere, with its networks.
+            for file in (Path(known.file), self._folder / Path(known.file).name):
+                if file.exists():
+                    return replace(known, file=str(file))
         if known is not None:
             words = f"network {known.revision} is gone from '{known.file}': train again"
             self._health.problem("network_missing", words)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_scenesense.stages import (
@@ -27,32 +29,46 @@ class StateFile:
         node: Name of the node that writes it.
         version: Schema version that this release writes.
         purpose: What it remembers, for people.
-        learned: Whether it holds what was learned; else only what keeps ids from being used twice.
+        check: Raises `sqlite3.DatabaseError` if its content is not what its stage wrote.
     """
 
     name: str
     node: str
     version: int
     purpose: str
-    learned: bool = True
+    check: Callable[[sqlite3.Connection], object] = lambda _connection: None
 
 
 STATE_FILES = {
     file.name: file
     for file in (
+        StateFile("camera.db", "simulated_camera", scene_ledger.VERSION, "scenes shown, actions"),
         StateFile(
-            "camera.db", "simulated_camera", scene_ledger.VERSION, "scenes shown, actions", False
+            own_scenes.STATE_FILE, "grounding", own_scenes.VERSION, "numbers of its own scenes"
         ),
         StateFile(
-            own_scenes.STATE_FILE, "grounding", own_scenes.VERSION, "numbers of own scenes", False
+            "grounding.db",
+            "grounding",
+            grounding_store.VERSION,
+            "what prepositions mean",
+            grounding_store.read_learned,
         ),
-        StateFile("grounding.db", "grounding", grounding_store.VERSION, "what prepositions mean"),
         StateFile(
-            "control.db", "grounding_control", control_ledger.VERSION, "feedback, trust, evidence"
+            "control.db",
+            "grounding_control",
+            control_ledger.VERSION,
+            "feedback, trust, evidence",
+            control_ledger.check_content,
         ),
         StateFile("reasoner.db", "reasoner", goal_ledger.VERSION, "goals and what came of them"),
         StateFile("attention.db", "attention", attention_store.VERSION, "examples, networks"),
-        StateFile("learner.db", "axiom_learner", learner_store.VERSION, "labelled scenes, axioms"),
+        StateFile(
+            "learner.db",
+            "axiom_learner",
+            learner_store.VERSION,
+            "labelled scenes, axioms",
+            learner_store.check_content,
+        ),
     )
 }
 """By name of the file, in the order of the graph."""
