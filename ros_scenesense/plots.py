@@ -1,4 +1,4 @@
-"""Plots of results as PNG: panels of bars or lines with error bars, side by side."""
+"""Plots of results as PNG: panels of bars or lines with error bars, side by side; or of rows."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ class Panel:
         y_label: What the y axis shows, with the unit.
         x_label: What the x axis shows.
         lines: Lines with markers instead of bars.
+        rows: Each series in a row of its own, as an area of values from 0 to 1 under its name.
         lowest: Where the y axis begins; None leaves it to the values.
         highest: Where it ends.
         legend_below: Whether the legend stands below the diagram, where it covers nothing.
@@ -49,13 +50,14 @@ class Panel:
     y_label: str = ""
     x_label: str = ""
     lines: bool = False
+    rows: bool = False
     lowest: float | None = None
     highest: float | None = None
     legend_below: bool = False
 
 
 def write_plot(path: Path, panels: Sequence[Panel]) -> None:
-    """Draws panels side by side into a PNG file.
+    """Draws panels into a PNG file: side by side, or below each other if they have rows.
 
     Raises:
         SceneSenseError: If the file cannot be written.
@@ -63,10 +65,16 @@ def write_plot(path: Path, panels: Sequence[Panel]) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(6.0 * len(panels), 4.5), layout="constrained")
+    if any(panel.rows for panel in panels):
+        heights = [1.2 + 0.4 * len(panel.series) for panel in panels]
+        figure = Figure(figsize=(12.0, sum(heights)), layout="constrained")
+        places = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
+    else:
+        figure = Figure(figsize=(6.0 * len(panels), 4.5), layout="constrained")
+        places = figure.subplots(1, len(panels), squeeze=False)[0]
     FigureCanvasAgg(figure)
-    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-        _draw(axes, panel)
+    for axes, panel in zip(places, panels, strict=True):
+        (_draw_rows if panel.rows else _draw)(axes, panel)
     content = io.BytesIO()
     # No date and no version: the same panels give the same bytes.
     figure.savefig(content, format="png", dpi=100, metadata={"Software": None})
@@ -106,3 +114,31 @@ def _draw(axes: Any, panel: Panel) -> None:
         axes.legend(fontsize="small", **place)
     elif count > 1:
         axes.legend(fontsize="small")
+
+
+def _draw_rows(axes: Any, panel: Panel) -> None:
+    count = len(panel.series)
+    for number, series in enumerate(panel.series):
+        base = float(count - 1 - number)
+        known = [index for index, one in enumerate(series.values) if one is not None]
+        tops = [base + _ROW * (series.values[index] or 0.0) for index in known]
+        colour = f"C{number % 10}"
+        axes.fill_between(known, base, tops, color=colour, alpha=0.25, linewidth=0)
+        axes.plot(known, tops, marker="o", markersize=4, color=colour)
+    axes.set_yticks(
+        [count - 1 - number + _ROW / 2 for number in range(count)],
+        [series.name for series in panel.series],
+        fontsize="small",
+    )
+    axes.tick_params(axis="y", length=0)
+    axes.set_xticks(range(len(panel.labels)), panel.labels)
+    axes.set_xlim(-0.4, len(panel.labels) - 0.6)
+    axes.set_ylim(-0.1, count)
+    axes.set_title(panel.title)
+    axes.set_xlabel(panel.x_label)
+    for number in range(count):
+        axes.axhline(number, color="0.8", linewidth=0.6, zorder=0)
+
+
+_ROW = 0.75
+"""Height of a value of 1, where rows are 1 apart."""

@@ -120,7 +120,7 @@ def test_a_full_bag_ends_the_recording(tmp_path):
         recording.put(WORDS.name, number, bytes(300))
     assert recording.close(20.0)
     assert "is full" in recording.ended
-    assert 50_000 <= recording.counts.payload_bytes <= 120_000
+    assert 50_000 <= recording.counts.payload_bytes < 50_300
     assert "is full" in read_metadata(recording.folder)["custom_data"]["ended"]
     assert not recording.put(WORDS.name, 1, b"more")
 
@@ -134,6 +134,25 @@ def test_a_full_disk_ends_the_recording(tmp_path):
     assert recording.close(20.0)
     assert "less than" in recording.ended
     assert content(recording.folder)
+
+
+def test_a_disk_that_fails_ends_the_recording_and_keeps_what_is_there(tmp_path, monkeypatch):
+    written = BagWriter.write
+
+    def fail_at_the_third(writer, topic, stamp_ns, data):
+        if stamp_ns == 2:
+            raise OSError(28, "No space left on device")
+        written(writer, topic, stamp_ns, data)
+
+    monkeypatch.setattr(BagWriter, "write", fail_at_the_third)
+    recording = Recording(tmp_path / "bag", BagFormat(), RecordingLimits(queue_bytes=MB))
+    recording.add_topic(WORDS)
+    for number in range(9):
+        recording.put(WORDS.name, number, b"word")
+    assert recording.close(20.0)
+    assert "cannot be written: [Errno 28]" in recording.ended
+    assert [stamp_ns for _, stamp_ns, _ in content(recording.folder)] == [0, 1]
+    assert "No space left" in read_metadata(recording.folder)["custom_data"]["ended"]
 
 
 def torn(folder: Path, format: BagFormat, written: list[tuple[str, int, bytes]]) -> Path:

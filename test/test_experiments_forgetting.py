@@ -1,12 +1,16 @@
 """The experiment on forgetting: its counts, and the whole of it on few scenes."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
+
+import pytest
 
 from ros_scenesense.cli import main as cli
 from ros_scenesense.experiments import forgetting
 from ros_scenesense.experiments.forgetting import Plan, Way
 from ros_scenesense.experiments.forgetting_report import Life, Lives, report_on
+from ros_scenesense.plots import write_plot
 from ros_scenesense.results import read_result
 
 TINY = Plan(runs=1, cycles=2, scenes=8, merging=2, pool=16, judging=6)
@@ -50,10 +54,45 @@ def test_the_whole_experiment(tmp_path, monkeypatch):
     (table,) = [
         t
         for name, t in result.tables.items()
-        if name == "First run: ours, normal axioms and defaults"
+        if name == "First run: ours, and defaults (th1 = 70 %)"
     ]
     assert any("-occluded(A) if not behind(A, B)." in row for row in table.rows)
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_world_changes_half_way_or_for_a_while():
+    half, back = Way("changing", changes=True), Way("returning", returns=True)
+    assert [half.has_changed(cycle, 10) for cycle in range(10)] == [False] * 5 + [True] * 5
+    assert [n for n in range(10) if back.has_changed(n, 10)] == [3, 4, 5]
+    assert not any(Way("both").has_changed(cycle, 10) for cycle in range(10))
+
+
+def test_a_given_axiom_counts_as_restored_if_it_is_in_force_in_the_end():
+    lives = [
+        Lives("returning", 0, (life(),), {}, ("s2",)),
+        Lives("returning", 1, (life(),), {"s2": "true of few"}, ("s2",)),
+        Lives("returning", 2, (life(),), {}),
+    ]
+    figures = report_on(lives, "command", 0, 2).result.figures
+    assert figures["given_restored_returning"] == pytest.approx(1 / 3, abs=1e-4)
+
+
+def test_each_axiom_has_a_row_of_its_own_in_the_plot(tmp_path):
+    import cv2
+    import numpy as np
+
+    def drawn(count, path):
+        axioms = tuple(
+            replace(life(), text=f"axiom {n}", strengths=(1.0, 1.0)) for n in range(count)
+        )
+        write_plot(path, report_on([Lives("both", 0, axioms, {})], "command", 0, 2).panels)
+        image = cv2.imdecode(np.frombuffer(path.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
+        # Rows in which something coloured is drawn, in runs: one per axiom.
+        coloured = (image.max(axis=2).astype(int) - image.min(axis=2) > 60).any(axis=1)
+        return int((coloured[1:] & ~coloured[:-1]).sum())
+
+    assert drawn(3, tmp_path / "plot.png") == 3
+    assert drawn(5, tmp_path / "plot.png") == 5
 
 
 def test_a_plan_needs_scenes_for_every_run():

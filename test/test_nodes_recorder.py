@@ -157,6 +157,22 @@ def test_what_is_dropped_is_in_the_diagnostics_and_the_last_words(ros_room, tmp_
     assert "is not recorded" in room.recorder.health.last_problem
 
 
+def test_a_full_bag_is_closed_and_that_is_said(ros_room, tmp_path):
+    room = Room(ros_room, tmp_path, bag_mb=1, topics="big")
+    beats = room.probe.collect(Heartbeat)
+    big = room.probe.node.create_publisher(String, "big", 10)
+    room.publish(big, String(data="x" * 1_100_000))
+    assert ros_room.wait_for(
+        lambda: any(
+            beat.node == "recorder" and beat.counters.get("recording_ended") == 1 for beat in beats
+        )
+    )
+    assert "is full" in room.recorder.health.last_problem
+    (bag,) = tmp_path.iterdir()
+    assert read_metadata(bag)["message_count"] == 1
+    assert room.call("start").success
+
+
 def test_a_bag_carries_the_state_as_it_was_at_its_start(ros_room, tmp_path):
     state = tmp_path / "state"
     camera = ros_room.add(SimulatedCameraNode, autostart=False, state_dir=str(state))

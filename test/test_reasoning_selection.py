@@ -31,6 +31,13 @@ def test_a_version_that_is_too_general_loses():
     assert select([[rash, right]], [], [False, True, True]).kept == {"right"}
 
 
+def test_a_version_that_others_must_overrule_loses_against_one_that_knows_its_exceptions():
+    law = version("law", False, {1}, strict=True)
+    rash = version("rash", True, {0, 1}, strict=False)
+    careful = version("careful", True, {0}, length=2, strict=False)
+    assert select([[rash, careful]], [law], [True, False]).kept == {"law", "careful"}
+
+
 def test_what_contradicts_the_given_is_decided_by_scenes():
     given = version("given", True, {0, 1}, given=True)
     learned = version("learned", False, {0, 1})
@@ -58,7 +65,8 @@ def test_it_is_as_good_as_trying_all_combinations(seed):
         said = [decision(axioms, item) for item in range(len(labels))]
         right = sum(one == label for one, label in zip(said, labels, strict=True))
         wrong = sum(one == (not label) for one, label in zip(said, labels, strict=True))
-        return -right, wrong, sum(each.length for each in combination)
+        fired = sum(each.value != labels[item] for each in axioms for item in each.fires)
+        return -right, wrong, fired, sum(each.length for each in combination)
 
     best = min(quality(each) for each in itertools.product(*groups))
     kept = select(groups, fixed, labels).kept

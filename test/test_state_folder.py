@@ -76,10 +76,16 @@ def fill(folder: Path) -> None:
     goals.close()
 
 
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("filled") / "state"
+    fill(folder)
+    return folder
+
+
 @pytest.fixture
-def state(tmp_path):
-    fill(tmp_path / "state")
-    return tmp_path / "state"
+def state(filled, tmp_path):
+    return shutil.copytree(filled, tmp_path / "state")
 
 
 def words_of(folder: Path) -> list[tuple[int, str, str]]:
@@ -103,7 +109,9 @@ def test_what_was_learned_is_told_in_order(state):
     assert words[4] == "goal on(a, b): reached"
 
 
-def test_an_export_is_taken_over_elsewhere_with_all_that_was_learned(state, tmp_path):
+def test_an_export_is_taken_over_elsewhere_with_all_that_was_learned(tmp_path):
+    state = tmp_path / "state"
+    fill(state)
     archive = tmp_path / "state.zip"
     exported = export_state(state, archive)
     assert set(exported.files) == {*FILES, f"networks/{NETWORK}.pt"}

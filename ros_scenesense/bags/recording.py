@@ -99,7 +99,9 @@ class Recording:
             limit = self._limits.queue_bytes
             if len(data) > SMALL_BYTES:
                 limit -= int(limit * _KEPT_FOR_SMALL)
-            if self._ended or self._closing or self._waiting_bytes + len(data) > limit:
+            if self._ended or self._closing:
+                return False
+            if self._waiting_bytes + len(data) > limit:
                 self.dropped[topic] += 1
                 return False
             self._queue.append((topic, stamp_ns, data))
@@ -138,7 +140,7 @@ class Recording:
                 with self._changed:
                     self._waiting_bytes -= len(data)
                 number += 1
-                if number % _LOOK_EVERY == 0 and self._reached_a_limit():
+                if self._is_full() or (number % _LOOK_EVERY == 0 and self._disk_is_full()):
                     return
             if time.monotonic() - flushed >= FLUSH_S:
                 self._writer.flush()
@@ -154,18 +156,23 @@ class Recording:
             topics, self._topics = list(self._topics.values()), {}
             return batch, topics, self._closing
 
-    def _reached_a_limit(self) -> bool:
+    def _is_full(self) -> bool:
         written = self._writer.counts.payload_bytes
-        if 0 < self._limits.bag_bytes <= written:
+        full = 0 < self._limits.bag_bytes <= written
+        if full:
             self._end(f"bag {self.folder} is full: it holds {written / 1e6:.0f} MB")
-        elif shutil.disk_usage(self.folder).free < self._limits.free_bytes:
+        return full
+
+    def _disk_is_full(self) -> bool:
+        full = shutil.disk_usage(self.folder).free < self._limits.free_bytes
+        if full:
             mb = self._limits.free_bytes / 1e6
             self._end(f"the disk of bag {self.folder} has less than {mb:.0f} MB left")
-        return self._ended is not None
+        return full
 
     def _end(self, words: str) -> None:
         with self._changed:
-            self._ended = self._ended or f"recording ended: {words}"
+            self._ended = f"{self._ended or 'recording ended'}: {words}"
             self._queue.clear()
             self._waiting_bytes = 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,14 +14,14 @@ from ros_scenesense.errors import DatasetError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.learning.examples import Example, Reason, SceneState
-from ros_scenesense.messages.reasoning import Verdicts
+from ros_scenesense.messages.reasoning import Belief, Verdicts
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.reasoning.classification import ClassificationSession
 from ros_scenesense.reasoning.facts import PairRelation, SceneFacts, SceneObject
 from ros_scenesense.reasoning.program import FLUENTS, Program
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
-from ros_scenesense.scene import Position, Truth
+from ros_scenesense.scene import DecisionStatus, Position, Truth
 from ros_scenesense.simulation.dataset.reader import DatasetReader
 from ros_scenesense.simulation.dataset.record import SceneRecord
 from ros_scenesense.stages.attention import AttentionConfiguration, AttentionStage
@@ -64,13 +65,11 @@ class ExactScenes:
         self._states = SceneStates(description)
         self._session = ClassificationSession(Program.of(description))
 
-    def read(self, records: Sequence[SceneRecord], by_rules: bool = False) -> Scenes:
+    def read(self, records: Sequence[SceneRecord]) -> Scenes:
         """The examples of scenes, each with how the reduced knowledge stands to its label.
 
         Args:
             records: Of the scenes.
-            by_rules: Take as labels what the whole knowledge concludes, not what physics says; of
-                what it leaves undecided, that it is stable.
         """
         scenes: Scenes = {fluent: [] for fluent in FLUENTS}
         for record in records:
@@ -82,7 +81,7 @@ class ExactScenes:
                 )
             state = SceneState(tuple(each.name for each in facts.objects), atoms)
             reduced = self._decided(facts, self._withheld)
-            labels = self._ruled(facts) if by_rules else labels_of(record)
+            labels = labels_of(record)
             for fluent in FLUENTS:
                 scenes[fluent].append(
                     [
@@ -91,7 +90,7 @@ class ExactScenes:
                             state,
                             target,
                             label,
-                            _reason(label, reduced[fluent][target]),
+                            _reason(label, reduced[fluent][target].value),
                         )
                         for target, label in enumerate(labels[fluent])
                         if label is not None
@@ -99,17 +98,54 @@ class ExactScenes:
                 )
         return scenes
 
-    def _ruled(self, facts: SceneFacts) -> dict[str, list[bool | None]]:
-        concluded = self._decided(facts, frozenset())
-        # Otherwise nothing that stands on another object would ever be stable.
-        concluded["stable"] = [each is not False for each in concluded["stable"]]
-        return concluded
+    def ruled(
+        self, records: Sequence[SceneRecord], scenes: Scenes, generator: np.random.Generator
+    ) -> Scenes:
+        """The same scenes in a world that obeys the whole knowledge.
 
-    def _decided(self, facts: SceneFacts, withheld: frozenset[str]) -> dict[str, list[bool | None]]:
+        Labels are what normal axioms conclude; what only defaults conclude, but for exceptions,
+        drawn as often as the given labels make them where these defaults decide; and where nothing
+        is concluded the given labels.
+
+        Args:
+            records: Of the scenes.
+            scenes: Their examples, as read.
+            generator: Draws the exceptions.
+        """
+        facts = [facts_of(record) for record in records]
+        concluded = [self._decided(each, frozenset()) for each in facts]
+        reduced = [self._decided(each, self._withheld) for each in facts]
+        followed: dict[tuple[str, ...], list[bool]] = defaultdict(list)
+        for fluent, several in scenes.items():
+            for decided, examples in zip(concluded, several, strict=True):
+                for each in examples:
+                    belief = decided[fluent][each.target]
+                    if belief.status is DecisionStatus.BY_DEFAULT:
+                        followed[tuple(belief.axioms)].append(belief.value == each.label)
+        share = {axioms: sum(each) / len(each) for axioms, each in followed.items()}
+
+        def label(example: Example, belief: Belief) -> bool:
+            if belief.value is None:
+                return example.label
+            if belief.status is DecisionStatus.BY_DEFAULT:
+                return belief.value == (generator.random() < share[tuple(belief.axioms)])
+            return belief.value
+
+        ruled: Scenes = {fluent: [] for fluent in scenes}
+        for fluent, several in scenes.items():
+            for examples, whole, part in zip(several, concluded, reduced, strict=True):
+                ruled[fluent].append([])
+                for each in examples:
+                    own = label(each, whole[fluent][each.target])
+                    reason = _reason(own, part[fluent][each.target].value)
+                    ruled[fluent][-1].append(replace(each, label=own, reason=reason))
+        return ruled
+
+    def _decided(self, facts: SceneFacts, withheld: frozenset[str]) -> dict[str, list[Belief]]:
         objects = self._session.classify(facts, withheld).objects
         return {
-            "stable": [each.stable.value for each in objects],
-            "occluded": [each.occluded.value for each in objects],
+            "stable": [each.stable for each in objects],
+            "occluded": [each.occluded for each in objects],
         }
 
 

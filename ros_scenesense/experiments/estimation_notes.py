@@ -59,7 +59,8 @@ def _where_from(setting: Setting, alexnet: bool) -> str:
     if setting.schedule == "validated":
         text += (
             f" Training takes {ITERATIONS} batches at most (of 32; of 64 for our network), fewer "
-            "where held-out images gain nothing."
+            "where held-out images gain nothing; the paper trains LeNet and AlexNet for 8,000 to "
+            "40,000."
         )
     else:
         text += " LeNet and AlexNet are trained for the paper's numbers of iterations."
@@ -129,11 +130,15 @@ def _attention(figures: Mapping[str, float]) -> str:
             "**What attention contributed.** On regions of interest after reasoning instead of "
             f"whole images {'; '.join(parts)}."
         )
-    best = max((figures.get(f"{kind}_100", 0.0) for kind in _PAPERS_WAYS), default=0.0)
-    if text and 0.0 < best <= figures.get("reasoning_majority", 0.0):
+    sizes = [size for size in _SIZES if f"lenet_{size}" in figures]
+    best = max(
+        (figures.get(f"{kind}_{size}", 0.0) for kind in _PAPERS_WAYS for size in sizes), default=0.0
+    )
+    if text and best <= figures.get("reasoning_majority", 0.0):
         text += (
-            " With 100 images neither is better than the most frequent answer "
-            f"({_share(figures, 'reasoning_majority')})."
+            f" With {' or '.join(map(str, sizes))} images and so few batches none of them is "
+            f"better than the most frequent answer ({_share(figures, 'reasoning_majority')}): how "
+            "many images one needs to be as good as the other says little."
         )
     pairs = [
         f"{_share(figures, f'same_channels_{size}')} and {_share(figures, f'query_{size}')} "

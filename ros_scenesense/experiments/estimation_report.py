@@ -230,7 +230,8 @@ def _table(scores: Mapping[Key, Mapping[str, list[float]]], knowledge: str) -> T
                 _percent(float(np.mean(each[name]))) if name in each else None for name in _NAMES
             ]
             row: list[str | int | float | None] = [way, images or None]
-            rows.append([*row, _percent(summary.mean), _percent(summary.margin), *cells])
+            margin = _percent(summary.margin) if len(each["accuracy"]) > 1 else None
+            rows.append([*row, _percent(summary.mean), margin, *cells])
     columns = ["way", "images", "accuracy %", "95 % ±", "balanced %"]
     return Table(
         columns=[*columns, *(f"{each} %{kind}" for each in _TITLES for kind in ("", " balanced"))],

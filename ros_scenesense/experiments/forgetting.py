@@ -2,7 +2,8 @@
 
 Paper, experiment five. Ten cycles, each with 50 new labelled scenes to learn from and 10 to choose
 between versions; what is not learned again and not used fades. Added to the paper: given axioms
-that are wrong or say too much, and a world that changes after the fifth cycle.
+that are wrong or say too much, a world that changes after the fifth cycle, and one that changes
+back again.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from ros_scenesense.experiments.axioms_scenes import (
     read_records,
     withheld_ids,
 )
-from ros_scenesense.experiments.forgetting_report import Life, Lives, report_on
+from ros_scenesense.experiments.forgetting_report import ENDS, Life, Lives, report_on
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.knowledge.action_language import parse
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
@@ -33,7 +34,13 @@ from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.stages.axiom_keeper import changes_of_cycle
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.learner_store import LearnerStore
-from ros_scenesense.stages.learning_engine import Algorithm, LearningEngine, LearningOrder, Task
+from ros_scenesense.stages.learning_engine import (
+    Algorithm,
+    LearningEngine,
+    LearningOrder,
+    Task,
+    suspended,
+)
 from ros_scenesense.stages.state_file import IN_MEMORY
 
 _GIVEN = """
@@ -73,6 +80,8 @@ class Way:
         default_purity: Threshold of defaults; None = none are learned.
         given: Whether two bad axioms are given in the beginning.
         changes: Whether the world changes in the middle: nothing falls off irregular surfaces.
+        returns: Whether it changes for a third of the cycles only, and s2 is given.
+        any_use: Whether any use reinforces (the paper), or only if it is right often enough.
     """
 
     name: str
@@ -81,15 +90,25 @@ class Way:
     default_purity: float | None = 0.70
     given: bool = False
     changes: bool = False
+    returns: bool = False
+    any_use: bool = False
+
+    def has_changed(self, cycle: int, cycles: int) -> bool:
+        """Whether a cycle, counted from 0, is in another world than the first one."""
+        if self.returns:
+            return cycles // 3 <= cycle < 2 * cycles // 3
+        return self.changes and cycle >= cycles // 2
 
 
 WAYS = (
     Way("normal", default_purity=None),
     Way("both"),
-    Way("paper_normal", "paper", pooled=False, default_purity=None),
-    Way("paper_both", "paper", pooled=False),
+    Way("any_use", any_use=True),
+    Way("paper_normal", "paper", pooled=False, default_purity=None, any_use=True),
+    Way("paper_both", "paper", pooled=False, any_use=True),
     Way("bad_given", given=True),
     Way("changing", changes=True),
+    Way("returning", returns=True),
 )
 
 
@@ -122,6 +141,8 @@ def _live(
 ) -> Lives:
     """One run through all cycles."""
     reduced = description.without(withheld_ids(description))
+    if way.returns:
+        reduced = description.without(withheld_ids(description) - {"s2"})
     if way.given:
         reduced = parse(_GIVEN, "given", reduced).description
     store = LearnerStore(IN_MEMORY, Health(), plan.needed)
@@ -130,27 +151,42 @@ def _live(
     first = number * plan.cycles * size
     pool: list[int] = []
     for cycle in range(plan.cycles):
-        changed = way.changes and cycle >= plan.cycles // 2
+        changed = way.has_changed(cycle, plan.cycles)
         own = range(first + cycle * size, first + (cycle + 1) * size)
         for index in own:
-            _show(store, scenes, index, reduced, changed)
+            _show(store, scenes, index, reduced, way, changed)
         inducing, judging = list(own)[: plan.scenes], list(own)[plan.scenes :]
         numbers = store.scenes()
         place = {index: numbers[index - first] for index in own}
         pool += [place[index] for index in inducing]
         used = pool[-plan.pool :] if way.pooled else [place[index] for index in inducing]
-        order = _order(store, reduced, way, used, [place[i] for i in judging], seed + cycle)
+        numbered = _Numbers(used, [place[i] for i in judging], list(place.values()))
+        order = _order(store, reduced, way, numbered, seed + cycle)
         report = LearningEngine().learn(order)
         taken = {axiom.id for axiom in reduced.axioms}
-        store.finish_cycle(changes_of_cycle(report, store, taken), numbers)
+        store.finish_cycle(changes_of_cycle(report, store, taken), numbered.new)
         strengths.append({each.id: each.strength.value for each in store.axioms("active")})
     lives = _judged(description, scenes, way, plan, store, strengths)
     store.close()
     return replace(lives, number=number)
 
 
+@dataclass(frozen=True)
+class _Numbers:
+    """Numbers of the scenes of a cycle in the store: to learn from, to judge by, all new ones."""
+
+    inducing: list[int]
+    judging: list[int]
+    new: list[int]
+
+
 def _show(
-    store: LearnerStore, scenes: Scenes, index: int, given: SystemDescription, changed: bool
+    store: LearnerStore,
+    scenes: Scenes,
+    index: int,
+    given: SystemDescription,
+    way: Way,
+    changed: bool,
 ) -> None:
     """Puts a scene into the store, with what the axioms in force decide of it."""
     literals, used = [], []
@@ -164,7 +200,7 @@ def _show(
             about = [a for a in in_force if a.head.atom.name == fluent]
             firing = [a for a in about if holds(a, each.state, each.target)]
             surely = [a for a in firing if a.kind == "normal"]
-            used += [(a.id, a.head.positive == label) for a in surely or firing]
+            used += [(a.id, way.any_use or a.head.positive == label) for a in surely or firing]
     if state is not None:
         store.add_scene(f"scene-{index}", state, literals, used)
 
@@ -193,11 +229,11 @@ def _order(
     store: LearnerStore,
     given: SystemDescription,
     way: Way,
-    inducing: Sequence[int],
-    judging: Sequence[int],
+    numbers: _Numbers,
     seed: int,
 ) -> LearningOrder:
-    description = given.without(set(store.refuted()))
+    refuted = set(store.refuted())
+    description = given.without(refuted)
     tasks = [
         Task(
             fluent,
@@ -205,8 +241,9 @@ def _order(
             frozenset(
                 relevance(given.without({"given_wrong", "given_overspecified"}), task).relations
             ),
-            store.examples(fluent, inducing),
-            store.examples(fluent, judging),
+            store.examples(fluent, numbers.inducing),
+            store.examples(fluent, numbers.judging),
+            frozenset(each.scene_id for each in store.examples(fluent, numbers.new)),
         )
         for fluent, task in FLUENTS.items()
     ]
@@ -216,6 +253,7 @@ def _order(
         pinned=frozenset(),
         vetoed=(),
         tasks=tasks,
+        suspended=suspended(given, refuted),
         algorithm=way.algorithm,
         default_purity=way.default_purity,
         seed=seed,
@@ -235,7 +273,7 @@ def _judged(
     lives = []
     for fluent, several in scenes.items():
         examples = [each for scene in several[-plan.judging :] for each in scene]
-        if way.changes and fluent == "stable":
+        if way.has_changed(plan.cycles - 1, plan.cycles) and fluent == "stable":
             examples = [replace(e, label=e.label or _on_irregular(e)) for e in examples]
         judge = Judge(description, fluent, examples)
         for stored in store.axioms():
@@ -250,9 +288,10 @@ def _judged(
                     born=stored.born,
                     ended=next(
                         (
-                            f"{event.what} in cycle {event.cycle}"
+                            f"{event.what} in cycle {event.cycle}: "
+                            + event.words.removeprefix("dropped: ")
                             for event in store.history(stored.id)
-                            if event.what in ("forgotten", "dropped in merging")
+                            if event.what in ENDS
                         ),
                         None,
                     ),
@@ -262,4 +301,5 @@ def _judged(
                     equals=judged.equals,
                 )
             )
-    return Lives(way.name, 0, tuple(lives), store.refuted())
+    restored = [event.axiom for event in store.history() if event.what == "restored"]
+    return Lives(way.name, 0, tuple(lives), store.refuted(), tuple(restored))

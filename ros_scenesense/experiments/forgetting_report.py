@@ -10,16 +10,21 @@ from ros_scenesense.plots import Panel, Series
 from ros_scenesense.provenance import machine, versions
 from ros_scenesense.results import Result, Table
 
+ENDS = ("forgotten", "refuted", "dropped in merging")
+"""What becomes of an axiom that is not in force any more."""
+
 _TITLES = {
-    "normal": "ours, normal axioms alone",
-    "both": "ours, normal axioms and defaults",
-    "paper_normal": "Algorithm 1, normal axioms alone",
-    "paper_both": "Algorithm 1, normal axioms and defaults",
+    "normal": "ours, normal axioms (th1 = 95 %)",
+    "both": "ours, and defaults (th1 = 70 %)",
+    "any_use": "ours, and defaults, any use reinforces",
+    "paper_normal": "Algorithm 1, normal axioms (th1 = 95 %)",
+    "paper_both": "Algorithm 1, and defaults (th1 = 70 %)",
     "bad_given": "ours, two bad given axioms",
     "changing": "ours, the world changes half way",
+    "returning": "ours, s2 given, the world changes and changes back",
 }
 _DRAWN = ("both", "paper_both", "changing")
-_MOST_LINES = 8
+_MOST_ROWS = 14
 
 
 @dataclass(frozen=True)
@@ -49,12 +54,21 @@ class Life:
 
 @dataclass(frozen=True)
 class Lives:
-    """All axioms of one run, and the given ones that were put out of force, with why."""
+    """All axioms of one run.
+
+    Attributes:
+        way: Name of the way to live.
+        number: Of the run.
+        axioms: All that ever were learned.
+        refuted: The given ones that are out of force in the end, with why.
+        restored: Those that were out of force, and came back.
+    """
 
     way: str
     number: int
     axioms: tuple[Life, ...]
     refuted: Mapping[str, str]
+    restored: tuple[str, ...] = ()
 
     @property
     def wrong_left(self) -> int:
@@ -109,6 +123,10 @@ def report_on(lives: Sequence[Lives], command: str, seed: int, cycles: int) -> O
     for name in ("given_wrong", "given_overspecified"):
         if bad:
             figures[f"{name}_refuted"] = round(sum(name in e.refuted for e in bad) / len(bad), 4)
+    back = [each for each in lives if each.way == "returning"]
+    if back:
+        restored = sum("s2" in each.restored and "s2" not in each.refuted for each in back)
+        figures["given_restored_returning"] = round(restored / len(back), 4)
     tables = {
         "Axioms, mean over the runs": Table(
             columns=[
@@ -162,26 +180,37 @@ def _life_table(lives: Lives) -> Table:
 
 
 def _panel(lives: Lives, cycles: int) -> Panel:
-    ranked = sorted(lives.axioms, key=lambda each: (each.equals is None, each.true, each.born))
+    ranked = sorted(lives.axioms, key=lambda each: (each.equals is None, each.born, each.text))
     return Panel(
-        _TITLES[lives.way],
+        f"Strength of each axiom, from 0 to 1: {_TITLES[lives.way]}",
         [str(number) for number in range(1, cycles + 1)],
-        [Series(each.text, each.strengths) for each in ranked[:_MOST_LINES]],
-        y_label="strength",
+        [Series(_line(each), each.strengths) for each in ranked[:_MOST_ROWS]],
         x_label="cycle",
-        lines=True,
-        lowest=0.0,
-        highest=1.05,
+        rows=True,
     )
+
+
+def _line(life: Life) -> str:
+    """A line of the plot: the axiom, and what it equals or that it is wrong."""
+    remark = life.equals or ("" if life.true else "wrong")
+    return f"{life.text}  ({remark})" if remark else life.text
 
 
 _NOTES = [
     "Each cycle brings new scenes to learn from, and others that choose between versions of "
     "axioms. Ours learns from the newest 200 scenes, Algorithm 1 from those of the cycle. An axiom "
     "is reinforced when it is learned again, or when it was used and right as often as is asked of "
-    "its kind. Relations are exact, labels those of physics and visible pixels.",
+    "its kind (`reinforce: used_right`, ours); with *any use*, and for Algorithm 1, whenever it "
+    "was used (`reinforce: used`, the paper's). Relations are exact, labels those of physics and "
+    "visible pixels.",
+    "Besides fading, an axiom is *refuted*, given or learned, when even the upper bound of its "
+    "truth, of the newest labelled objects or of all, is below what is asked of its kind. If it "
+    "was true of earlier ones, the world has changed, and labels of before are left aside. What is "
+    "*dropped in merging* is named with the version that is kept instead.",
     "*Wrong*: true too seldom of the objects of other scenes (below 95 %; defaults, of what s1, s2 "
     "and o1 leave open, below 70 %). *Lost*: an axiom equal to one of the six was in force once "
     "and none is in the end. In the world that changes, nothing falls off irregular surfaces in "
-    "the second half, so that s2 becomes wrong and is rightly lost.",
+    "the second half, so that s2 becomes wrong and is rightly lost. In the world that changes "
+    "back, the same is so in cycles 4 to 6 alone, and s2 is given: it is put out of force and "
+    "comes back.",
 ]

@@ -55,6 +55,12 @@ def holding(table: Table, body: Iterable[Test], members: int) -> int:
     )
 
 
+def tally(table: Table, label: bool, members: int) -> tuple[int, int]:
+    """How many of these examples have a label, and how many they are."""
+    labelled = table.positive if label else ~table.positive
+    return (members & labelled).bit_count(), members.bit_count()
+
+
 def is_sayable(table: Table, body: Iterable[Test]) -> bool:
     """Whether a conjunction of literals says it."""
     return all(answer or table.columns[column].if_false is not None for column, answer in body)

@@ -7,8 +7,8 @@ answers over all examples are the bits of one integer, so trees are grown by cou
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from ros_scenesense.knowledge.axioms import StateConstraint
 from ros_scenesense.knowledge.description import SystemDescription
@@ -69,6 +69,11 @@ class Column:
                 return True
         return False
 
+    @property
+    def is_about_any(self) -> bool:
+        """Whether it asks for a B in a relation to A, whatever that B is."""
+        return self.value is None and self.threshold is None and self.join is None
+
     def __str__(self) -> str:
         return ", ".join(map(str, self.if_true))
 
@@ -123,27 +128,39 @@ class Table:
         bits: Their answers.
         positive: The labels.
         count: Number of examples.
+        general: Of a column that asks for a B of a certain kind, the number of the one that asks
+            for any B, if that is among them.
     """
 
     columns: tuple[Column, ...]
     bits: tuple[int, ...]
     positive: int
     count: int
+    general: Mapping[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, columns: Iterable[Column], examples: Sequence[Example]) -> Table:
         """Asks every column about every example. Of columns with equal answers the first stays."""
         whole = (1 << len(examples)) - 1
         kept: dict[int, Column] = {}
+        of_any: dict[tuple[str, int], int] = {}
         for column in columns:
             answers = bits_of(column.holds(each.state, each.target) for each in examples)
+            if column.is_about_any:
+                of_any[column.name, column.place] = answers
             if answers not in (0, whole):
                 kept.setdefault(answers, column)
+        number = {answers: index for index, answers in enumerate(kept)}
         return cls(
             columns=tuple(kept.values()),
             bits=tuple(kept),
             positive=bits_of(each.label for each in examples),
             count=len(examples),
+            general={
+                index: number[of_any[column.name, column.place]]
+                for index, column in enumerate(kept.values())
+                if column.join is not None and of_any.get((column.name, column.place)) in number
+            },
         )
 
     @property

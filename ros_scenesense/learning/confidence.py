@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 
 def lower_bound(hits: int, count: int, z: float) -> float:
@@ -13,6 +14,24 @@ def lower_bound(hits: int, count: int, z: float) -> float:
     centre = share + z * z / (2 * count)
     spread = z * math.sqrt(share * (1.0 - share) / count + z * z / (4 * count * count))
     return (centre - spread) / (1.0 + z * z / count)
+
+
+@lru_cache(maxsize=1 << 16)
+def belief(hits: int, count: int, least: float) -> float:
+    """The probability that a share is at least `least`, of which `hits` of `count` were seen.
+
+    Before anything was seen every share is equally likely; after it the share has a beta
+    distribution, whose tail is a sum over as many terms as there are misses.
+    """
+    if not 0.0 < least < 1.0:
+        return float(least <= 0.0)
+    misses, log_odds = count - hits, math.log(1.0 - least) - math.log(least)
+    term = (count + 1) * math.log(least)
+    below = 0.0
+    for number in range(misses + 1):
+        below += math.exp(term)
+        term += math.log(count + 1 - number) - math.log(number + 1) + log_odds
+    return max(0.0, 1.0 - below)
 
 
 def difference(hits: int, count: int, other_hits: int, other_count: int) -> float:

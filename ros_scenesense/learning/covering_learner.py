@@ -1,37 +1,47 @@
-"""Our learner: short bodies out of many shallow trees, chosen one after the other.
+"""Our learner: short bodies, weighed as a whole and chosen one after the other.
 
-It differs from Algorithm 1 in what becomes of a tree. Not only whole branches are candidates but
-all short bodies made of their tests; purity and support are asked for on both halves; trees that
-say nearly the same in other words vote together. From the candidates axioms are chosen one by one,
-each by a lower confidence bound on its purity, and each literal beyond the first must pay for
-itself. Normal axioms come first; defaults are about what these leave open.
+It differs from Algorithm 1 in what becomes of a tree. Not whole branches are candidates but all
+short bodies made of their tests, and every single test besides. What counts is how probable it is
+that an axiom is true often enough, of all it speaks of and of what it adds to those chosen before;
+each literal must pay for itself, and of bodies that say nearly the same the most general is taken.
+Normal axioms come first; defaults are about what these leave open. What the domain has as a default
+is not learned: that it has exceptions was known to whoever wrote it.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
-from itertools import combinations
+from dataclasses import dataclass
 
 import numpy as np
 
+from ros_scenesense.knowledge.axioms import Default, Kind
 from ros_scenesense.knowledge.description import SystemDescription
-from ros_scenesense.learning.bodies import (
-    Body,
-    Candidate,
-    Learned,
-    holding,
-    is_sayable,
-    learned,
-)
+from ros_scenesense.learning.bodies import Candidate, Learned, is_sayable, learned, tally
+from ros_scenesense.learning.candidates import Candidates, Forest, Option
 from ros_scenesense.learning.columns import Table, bits_of, columns_of
-from ros_scenesense.learning.confidence import difference, lower_bound
+from ros_scenesense.learning.confidence import belief, difference, lower_bound
+from ros_scenesense.learning.evaluation import can_be_evaluated, holds
 from ros_scenesense.learning.examples import Example, checked, scenes_of
-from ros_scenesense.learning.trees import Node, Test, branches, grow
+from ros_scenesense.learning.trees import Node, grow
 
-_ALIKE = 0.9
-"""Two bodies are the same in other words if they share so much of the examples they hold of."""
+_PER_CONDITION = 0.05
+"""So much higher must the bound of a purity be for each further condition."""
+
+_NEARLY_ALL = 0.9
+"""What holds of so much of what a body holds of, and of more, is more general than it."""
+
+_SURELY = 2.0
+"""Standard deviations of the bound above which a default needs no exceptions."""
+
+
+@dataclass(frozen=True)
+class _Ranked:
+    """An option that may be chosen, and its rank: bound, examples of its own, order of columns."""
+
+    rank: tuple[float, int, tuple[tuple[int, bool], ...]]
+    option: Option
+    length: int
 
 
 class CoveringLearner:
@@ -40,7 +50,7 @@ class CoveringLearner:
     Attributes:
         axioms_: The axioms, normal ones first, each in the order of choice.
         table_: The columns that were asked about.
-        tree_: The first tree.
+        tree_: The tree of all examples.
 
     Args:
         description: The domain.
@@ -50,12 +60,14 @@ class CoveringLearner:
         default_purity: The same for a default, of what normal axioms leave open; None = none.
         slack: By so much labels or relations are known to err: taken off the purities of normal
             axioms. An estimate, such as how often people disagree with the grounding.
+        sure: Probability, after the examples, that a normal axiom is as true as it must be.
+        default_sure: The same of a default.
         support: Share of the open examples that an axiom must speak of.
         fewest: Number of the open examples that it must speak of.
-        tree_support: Share of the trees that must agree.
-        literals: Of a body at most.
-        z: Standard deviations of the lower confidence bounds.
-        margin: By so much the bound of a purity may be below the purity asked for.
+        fewest_of_law: The same of one that, by all examples, most likely is a law.
+        tree_support: Share of the trees that must suggest a body of several tests.
+        literals: Tests of a body at most, exceptions aside.
+        z: Standard deviations of the lower confidence bounds by which axioms are ranked.
         pay: Standard deviations by which each literal must raise the purity.
         trees: Size of the ensemble.
         depth: Tests on a branch at most.
@@ -71,12 +83,14 @@ class CoveringLearner:
         purity: float = 0.95,
         default_purity: float | None = 0.70,
         slack: float = 0.0,
+        sure: float = 0.30,
+        default_sure: float = 0.25,
         support: float = 0.05,
         fewest: int = 4,
+        fewest_of_law: int = 2,
         tree_support: float = 0.40,
         literals: int = 2,
         z: float = 1.0,
-        margin: float = 0.10,
         pay: float = 3.0,
         trees: int = 100,
         depth: int = 4,
@@ -88,12 +102,14 @@ class CoveringLearner:
         self.purity = purity
         self.default_purity = default_purity
         self.slack = slack
+        self.sure = sure
+        self.default_sure = default_sure
         self.support = support
         self.fewest = fewest
+        self.fewest_of_law = fewest_of_law
         self.tree_support = tree_support
         self.literals = literals
         self.z = z
-        self.margin = margin
         self.pay = pay
         self.trees = trees
         self.depth = depth
@@ -110,170 +126,168 @@ class CoveringLearner:
         self.table_ = Table.of(columns_of(self.description, sort, self.relevant), used)
         self._generator = np.random.default_rng(self.random_state)
         self._scenes = _scenes_as_bits(used)
-        self.tree_: Node = grow(self.table_, self.table_.everything, self.depth)
+        self._given = {
+            (axiom.head.positive, bits_of(holds(axiom, each.state, each.target) for each in used))
+            for axiom in self.description.axioms
+            if isinstance(axiom, Default)
+            and axiom.head.atom.name == self.fluent
+            and can_be_evaluated(axiom)
+        }
         everything = self.table_.everything
-        normal = self._chosen((everything,), self.purity - self.slack, everything, ())
-        rest = everything
-        for each in normal:
-            rest &= ~holding(self.table_, each.body, everything)
+        self.tree_: Node = grow(self.table_, everything, self.depth)
+        normal = self._chosen("normal", everything, ())
         self.axioms_: list[Learned] = learned(self.table_, normal, self.fluent, "normal")
+        known = [Option.of(self.table_, each.label, each.body) for each in normal]
+        rest = everything
+        for each in known:
+            rest &= ~each.held
         if self.default_purity is not None and rest:
-            # What normal axioms leave open is what the negations of their bodies say.
-            left = tuple(
-                (column, not answer)
-                for each in normal
-                if len(each.body) == 1
-                for column, answer in each.body
-            )
-            # A default must be true of what is left to it, and also by itself: it should not be
-            # wrong where a normal axiom that it counts on is forgotten.
-            defaults = self._chosen((rest, everything), self.default_purity, rest, left)
+            defaults = self._chosen("default", rest, known)
             self.axioms_ += learned(self.table_, defaults, self.fluent, "default")
         return self
 
-    def _chosen(
-        self, domains: Sequence[int], purity: float, open_: int, left: Sequence[Test]
-    ) -> list[Candidate]:
+    def _chosen(self, kind: Kind, domain: int, opposed: Sequence[Option]) -> list[Candidate]:
         """Chooses axioms until none is left that says something of what is open.
 
         Args:
-            domains: Sets of examples of each of which they must be true.
-            purity: How true.
-            open_: Examples that they should speak of.
-            left: Tests that hold of all of them.
+            kind: Of the axioms.
+            domain: The examples that they are for.
+            opposed: Axioms chosen before, whose negations are exceptions.
         """
-        bodies = self._grown(domains, left)
-        chosen: list[Candidate] = []
+        forest = Forest.of(
+            self.table_,
+            self._scenes,
+            domain,
+            self._generator,
+            self.trees,
+            self.depth,
+            self.literals,
+        )
+        purity, everything = self._purity(kind), self.table_.everything
+        candidates = Candidates(self.table_, forest, domain, purity, self.tree_support, self.pay)
+        known = list(opposed)
+        laws = [] if kind == "normal" else candidates.laws(self._purity("normal"))
+        open_, chosen = domain, list[Candidate]()
         while open_:
-            best = self._best(bodies, domains, purity, open_)
-            if best is None:
+            options = [each for each in candidates.options if not self._is_given(each)]
+            if kind == "default":
+                options = [self._with_exception(each, [*known, *laws]) for each in options]
+            ranked = [
+                found
+                for each in dict.fromkeys(options)
+                if (found := self._ranked(candidates, each, kind, open_)) is not None
+            ]
+            if not ranked:
                 break
-            chosen.append(best)
-            open_ &= ~holding(self.table_, best.body, self.table_.everything)
+            first = max(ranked, key=lambda each: each.rank)
+            best = self._most_general(first, ranked, candidates).option
+            hits, count = self._tally(best, everything)
+            chosen.append(
+                Candidate(
+                    best.label,
+                    best.body,
+                    purity=hits / count,
+                    support=count / self.table_.count,
+                    votes=candidates.votes(best),
+                )
+            )
+            known.append(best)
+            open_ &= ~best.held
         return chosen
 
-    def _grown(
-        self, domains: Sequence[int], left: Sequence[Test]
-    ) -> list[tuple[int, frozenset[Body]]]:
-        """Per tree, the half of the examples that it was grown on, and the bodies it suggests."""
-        table = self.table_
-        given = [frozenset(each) for size in (1, 2) for each in combinations(left, size)]
-        grown = []
-        for _ in range(self.trees):
-            half = self._half()
-            bodies: set[Body] = set(given)
-            for path, _leaf in branches(grow(table, domains[0] & half, self.depth)):
-                for size in range(1, self.literals + 1):
-                    bodies.update(map(frozenset, combinations(path, size)))
-            bodies |= {body | more for body in bodies for more in given}
-            fit = (body for body in bodies if len(body) <= self.literals)
-            grown.append((half, frozenset(body for body in fit if is_sayable(table, body))))
-        return grown
-
-    def _best(
-        self,
-        grown: Sequence[tuple[int, frozenset[Body]]],
-        domains: Sequence[int],
-        purity: float,
-        open_: int,
-    ) -> Candidate | None:
-        ranked: list[tuple[float, Candidate]] = []
-        for candidate in self._voted(grown, domains, purity, open_):
-            tallies = [self._tally(candidate.label, candidate.body, each) for each in domains]
-            bound = min(lower_bound(hits, held, self.z) for held, hits in tallies)
-            pure = all(hits >= purity * held for held, hits in tallies)
-            if not pure or bound < purity - self.margin or not self._pays(candidate):
-                continue
-            held, hits = tallies[0]
-            found = replace(candidate, purity=hits / held, support=held / self.table_.count)
-            ranked.append((bound - _PER_LITERAL * len(candidate.body), found))
-        if not ranked:
+    def _ranked(
+        self, candidates: Candidates, option: Option, kind: Kind, open_: int
+    ) -> _Ranked | None:
+        """The rank of an option; None if it may not be chosen."""
+        purity = self._purity(kind)
+        hits, count = self._tally(option, open_)
+        sure = self.sure if kind == "normal" else self.default_sure
+        if not count or self._belief(option, self.table_.everything, purity) < sure:
             return None
-        return max(ranked, key=lambda each: (each[0], each[1].support, _order(each[1])))[1]
+        is_law = candidates.is_law(option, self._purity("normal"))
+        if kind == "normal":
+            # What was explained before must not hide that it is wrong about the rest.
+            whole, whole_count = self._tally(option, self.table_.everything)
+            enough = hits >= purity * count and whole >= purity * whole_count
+        else:
+            parts = (candidates.domain, open_)
+            enough = all(self._belief(option, each, purity) >= sure for each in parts)
+        least = max(self.fewest, self.support * open_.bit_count())
+        if not enough or count < (self.fewest_of_law if is_law else least):
+            return None
+        if not is_law and not candidates.pays(option, candidates.domain):
+            return None
+        bound = lower_bound(*self._tally(option, candidates.domain), self.z)
+        length = candidates.length(option)
+        order = tuple(sorted((-column, answer) for column, answer in option.body))
+        return _Ranked((bound - _PER_CONDITION * length, count, order), option, length)
 
-    def _voted(
-        self,
-        grown: Sequence[tuple[int, frozenset[Body]]],
-        domains: Sequence[int],
-        purity: float,
-        open_: int,
-    ) -> list[Candidate]:
-        """The candidates on which enough trees agree."""
-        votes: Counter[tuple[bool, Body]] = Counter()
-        for half, bodies in grown:
-            halves = (half, self.table_.everything & ~half)
-            for body in bodies:
-                spoken = holding(self.table_, body, open_)
-                if any(
-                    (spoken & part).bit_count()
-                    < max(self.support * (open_ & part).bit_count(), self.fewest / 2)
-                    for part in halves
+    def _most_general(
+        self, best: _Ranked, ranked: Sequence[_Ranked], candidates: Candidates
+    ) -> _Ranked:
+        """Of the options that hold of nearly all that the best one holds of, the most general.
+
+        What is more general is left aside if it has more conditions, or if the best one is true of
+        significantly more.
+        """
+        while True:
+            own = best.option.held & candidates.domain
+            hits, count = self._tally(best.option, own)
+            wider = []
+            for each in ranked:
+                held = each.option.held & candidates.domain
+                if (
+                    each.option.label == best.option.label
+                    and each.length <= best.length
+                    and held.bit_count() > count
+                    and (held & own).bit_count() >= _NEARLY_ALL * count
                 ):
-                    continue
-                for label in (True, False):
-                    if all(
-                        self._is_pure(label, body, domain & part, purity)
-                        for part in halves
-                        for domain in domains
-                    ):
-                        votes[label, body] += 1
-        return self._pooled(votes)
+                    more, others = self._tally(each.option, candidates.domain & ~own)
+                    if difference(hits, count, more, others) < self.pay:
+                        wider.append(each)
+            if not wider:
+                return best
+            best = max(wider, key=lambda each: each.rank)
 
-    def _is_pure(self, label: bool, body: Body, members: int, purity: float) -> bool:
-        held, hits = self._tally(label, body, members)
-        return hits >= purity * held
+    def _with_exception(self, option: Option, opposed: Sequence[Option]) -> Option:
+        """Leaves out of a default what is known to be otherwise, where it is not true without.
 
-    def _pooled(self, votes: Counter[tuple[bool, Body]]) -> list[Candidate]:
-        """Bodies that hold of nearly the same examples share their votes."""
-        everything = self.table_.everything
-        held = {each: holding(self.table_, each[1], everything) for each in votes}
-        found = []
-        for each, own in votes.items():
-            pooled = sum(
-                number
-                for other, number in votes.items()
-                if other[0] == each[0] and other != each and _alike(held[other], held[each])
-            )
-            share = min(1.0, (own + pooled) / self.trees)
-            if share >= self.tree_support:
-                found.append(Candidate(each[0], each[1], votes=share))
-        return found
+        A default that is overruled by other axioms should not be wrong where these are forgotten.
+        """
+        assert self.default_purity is not None
+        hits, count = self._tally(option, self.table_.everything)
+        if lower_bound(hits, count, _SURELY) >= self.default_purity:
+            return option
+        for other in opposed:
+            if other.label == option.label or len(other.body) != 1:
+                continue
+            ((column, answer),) = other.body
+            exception = (column, not answer)
+            asked = {each for each, _ in option.body}
+            if column in asked or not is_sayable(self.table_, (exception,)):
+                continue
+            right, left_out = self._tally(option, other.held)
+            if 2 * right < left_out < count:
+                body = option.body | {exception}
+                return Option.of(self.table_, option.label, body, frozenset((exception,)))
+        return option
 
-    def _pays(self, candidate: Candidate) -> bool:
-        """Whether each literal raises the purity of the others significantly."""
-        if len(candidate.body) == 1:
-            return True
-        everything = self.table_.everything
-        held, hits = self._tally(candidate.label, candidate.body, everything)
-        for test in candidate.body:
-            others = candidate.body - {test}
-            without, without_hits = self._tally(candidate.label, others, everything)
-            if difference(hits, held, without_hits - hits, without - held) < self.pay:
-                return False
-        return True
+    def _is_given(self, option: Option) -> bool:
+        """Whether the domain has a default that says this of the same examples."""
+        return (option.label, option.held) in self._given
 
-    def _tally(self, label: bool, body: Body, members: int) -> tuple[int, int]:
-        """How many of these examples a body holds of, and how many of those have the label."""
-        held = holding(self.table_, body, members)
-        labelled = self.table_.positive if label else ~self.table_.positive
-        return held.bit_count(), (held & labelled).bit_count()
+    def _purity(self, kind: Kind) -> float:
+        if kind == "default":
+            assert self.default_purity is not None
+            return self.default_purity
+        return self.purity - self.slack
 
-    def _half(self) -> int:
-        """The examples of half of the scenes, chosen at random."""
-        count = len(self._scenes)
-        order = self._generator.permutation(count)[: (count + 1) // 2]
-        return sum(self._scenes[int(index)] for index in order)
+    def _belief(self, option: Option, members: int, purity: float) -> float:
+        return belief(*self._tally(option, members), purity)
 
-
-_PER_LITERAL = 0.05
-
-
-def _order(candidate: Candidate) -> tuple[tuple[int, bool], ...]:
-    return tuple(sorted((-column, answer) for column, answer in candidate.body))
-
-
-def _alike(first: int, second: int) -> bool:
-    return (first & second).bit_count() >= _ALIKE * (first | second).bit_count()
+    def _tally(self, option: Option, members: int) -> tuple[int, int]:
+        """Of how many of these examples an option is true, and how many it speaks of."""
+        return tally(self.table_, option.label, option.held & members)
 
 
 def _scenes_as_bits(examples: Sequence[Example]) -> list[int]:

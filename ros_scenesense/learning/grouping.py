@@ -37,8 +37,8 @@ def grouped(axioms: Sequence[AxiomData], signature: Signature) -> list[list[Axio
         one
         for one in axioms
         if not any(
-            _is_special_case(one, other, signature)
-            and not (_is_special_case(other, one, signature) and one.id <= other.id)
+            is_special_case(one, other, signature)
+            and not (is_special_case(other, one, signature) and one.id <= other.id)
             for other in axioms
             if other is not one
         )
@@ -47,7 +47,7 @@ def grouped(axioms: Sequence[AxiomData], signature: Signature) -> list[list[Axio
         if one in general:
             groups.setdefault(one.id, []).insert(0, one)
             continue
-        homes = [other for other in general if _is_special_case(one, other, signature)]
+        homes = [other for other in general if is_special_case(one, other, signature)]
         home = max(homes, key=lambda other: (len(other.body), other.id))
         groups.setdefault(home.id, []).append(one)
     return [group for group in groups.values() if len(group) > 1]
@@ -58,12 +58,13 @@ def same_statement(one: AxiomData, other: AxiomData, signature: Signature) -> bo
     return (
         one.kind == other.kind
         and len(one.body) == len(other.body)
-        and _is_special_case(one, other, signature)
-        and _is_special_case(other, one, signature)
+        and is_special_case(one, other, signature)
+        and is_special_case(other, one, signature)
     )
 
 
-def _is_special_case(one: AxiomData, general: AxiomData, signature: Signature) -> bool:
+def is_special_case(one: AxiomData, general: AxiomData, signature: Signature) -> bool:
+    """Whether an axiom has the head of another and all conditions of its body, or narrower ones."""
     first, second = _subject(one), _subject(general)
     if str(_head(one, first)) != str(_head(general, second)):
         return False

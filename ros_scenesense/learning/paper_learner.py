@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -17,16 +17,20 @@ from ros_scenesense.learning.trees import Node, branches, grow
 class PaperLearner:
     """Lines 2 to 9 of Algorithm 1, for one fluent.
 
-    Per tree the examples are split at random into halves for learning and for validation. Branches
-    from root to leaf are candidates if the leaf is pure (`purity`) and has enough of the training
-    examples (`support`); they are valid if they have that much support among the validation
-    examples. Axioms are those that are valid in enough trees (`tree_support`). At the lower purity
-    the same gives defaults; what is a normal axiom already is none.
+    Per tree the examples are split at random into halves for learning and for validation. A node
+    that is pure enough (`purity`) is a leaf. Branches from root to leaf are candidates if the leaf
+    is that pure and has enough of the training examples (`support`); they are valid if they have
+    that much support among the validation examples. Axioms are those that are valid in enough
+    trees (`tree_support`). Trained again with the lower purity, on the same halves, it gives
+    defaults; what is a normal axiom already is none.
+
+    The paper trains "using thresholds of 95% and 70% at the leaf nodes". If trees were grown until
+    no column tells examples apart, hardly any leaf would be impure, and no default be found.
 
     Attributes:
         axioms_: The axioms, normal ones first.
         table_: The columns that the trees split.
-        tree_: The tree of the first split.
+        tree_: The tree of the first split, for normal axioms.
 
     Args:
         description: The domain.
@@ -73,30 +77,29 @@ class PaperLearner:
         (sort,) = self.description.signature.argument_sorts(self.fluent)
         self.table_ = Table.of(columns_of(self.description, sort, self.relevant), used)
         generator = np.random.default_rng(self.random_state)
-        forest = []
+        halves = []
         for _ in range(self.trees):
             order = generator.permutation(len(used))
             chosen = np.zeros(len(used), bool)
             chosen[order[: (len(used) + 1) // 2]] = True
-            members = bits_of(chosen.tolist())
-            forest.append((members, grow(self.table_, members)))
-        self.tree_: Node = forest[0][1]
-        normal = self._selected(forest, self.purity)
+            halves.append(bits_of(chosen.tolist()))
+        self.tree_: Node = grow(self.table_, halves[0], pure=self.purity)
+        normal = self._selected(halves, self.purity)
         self.axioms_: list[Learned] = learned(self.table_, normal, self.fluent, "normal")
         if self.default_purity is not None:
             known = set(normal)
             defaults = [
-                each for each in self._selected(forest, self.default_purity) if each not in known
+                each for each in self._selected(halves, self.default_purity) if each not in known
             ]
             self.axioms_ += learned(self.table_, defaults, self.fluent, "default")
         return self
 
-    def _selected(self, forest: list[tuple[int, Node]], purity: float) -> list[Candidate]:
+    def _selected(self, halves: Sequence[int], purity: float) -> list[Candidate]:
         table = self.table_
         votes: Counter[Candidate] = Counter()
-        for members, tree in forest:
+        for members in halves:
             rest = table.everything & ~members
-            for path, leaf in branches(tree):
+            for path, leaf in branches(grow(table, members, pure=purity)):
                 candidate = Candidate(leaf.label, frozenset(path))
                 if (
                     path

@@ -1,8 +1,9 @@
 """How right learned axioms are, held against many labelled objects and what was withheld.
 
 Two axioms are equal if they have the same head and kind and hold of the same objects, whatever
-their words; a learned one is right if it is true often enough. Defaults are compared on what the
-normal axioms leave open, and a normal axiom that is right equals a default that says no more.
+their words; a learned one is right if it is true often enough. Defaults are judged and compared on
+what the normal axioms leave open (those that say nothing there are judged on all objects, and equal
+none), and a normal axiom that is right equals a default that says no more.
 """
 
 from __future__ import annotations
@@ -90,7 +91,8 @@ class Judge:
     def _judge(self, axiom: AxiomData) -> Judged:
         held = self._extension(axiom)
         if axiom.kind == "default":
-            held &= self._open
+            # One that only repeats normal axioms is true if they are.
+            held = held & self._open or held
         labelled = self._positive if axiom.head.positive else ~self._positive
         truth = (held & labelled).bit_count() / held.bit_count() if held else None
         true = truth is not None and truth >= TRUE_FROM[axiom.kind]

@@ -42,17 +42,17 @@ class Node:
         return max(self.positive, self.count - self.positive) / self.count
 
 
-def grow(table: Table, members: int, depth: int | None = None, smallest: int = 1) -> Node:
+def grow(table: Table, members: int, depth: int | None = None, pure: float = 1.0) -> Node:
     """Grows a tree by the largest information gain; no column is used twice on a branch.
 
     Args:
         table: The columns.
         members: The training examples, as bits.
         depth: Tests on a branch at most; None = as many as it takes.
-        smallest: Examples on either side of a split at least.
+        pure: A node of this purity is a leaf, but for the root, which says nothing as a leaf.
     """
     columns = tuple(range(len(table.columns)))
-    return _grow(table, members, columns, -1 if depth is None else depth, smallest)
+    return _grow(table, members, columns, -1 if depth is None else depth, pure, root=True)
 
 
 def branches(node: Node, path: tuple[Test, ...] = ()) -> Iterator[tuple[tuple[Test, ...], Node]]:
@@ -77,17 +77,25 @@ def exported(node: Node, table: Table, fluent: str, indent: str = "") -> str:
     )
 
 
-def _grow(table: Table, members: int, columns: tuple[int, ...], depth: int, smallest: int) -> Node:
+def _grow(
+    table: Table,
+    members: int,
+    columns: tuple[int, ...],
+    depth: int,
+    pure: float,
+    root: bool = False,
+) -> Node:
     count = members.bit_count()
     true = members & table.positive
     positive = true.bit_count()
-    if depth == 0 or positive in (0, count):
-        return Node(positive, count)
+    node = Node(positive, count)
+    if depth == 0 or positive in (0, count) or (not root and node.purity >= pure):
+        return node
     best, least = None, entropy(positive, count) * count - 1e-9
     for column in columns:
         bits = table.bits[column]
         inside = (members & bits).bit_count()
-        if not smallest <= inside <= count - smallest:
+        if inside in (0, count):
             continue
         hits = (true & bits).bit_count()
         left = entropy(hits, inside) * inside
@@ -97,15 +105,15 @@ def _grow(table: Table, members: int, columns: tuple[int, ...], depth: int, smal
         if left < least:
             best, least = column, left
     if best is None:
-        return Node(positive, count)
+        return node
     rest = tuple(column for column in columns if column != best)
     bits = table.bits[best]
     return Node(
         positive,
         count,
         best,
-        _grow(table, members & bits, rest, depth - 1, smallest),
-        _grow(table, members & ~bits, rest, depth - 1, smallest),
+        _grow(table, members & bits, rest, depth - 1, pure),
+        _grow(table, members & ~bits, rest, depth - 1, pure),
     )
 
 

@@ -11,12 +11,12 @@ from std_srvs.srv import Trigger
 
 from ros_scenesense.bags.recording import Recording, RecordingLimits
 from ros_scenesense.bags.writing import BagFormat
-from ros_scenesense.nodes.base import StageNode
+from ros_scenesense.nodes.base import TICK_S, StageNode
 from ros_scenesense.nodes.running import run
 from ros_scenesense.nodes.topic_watch import TopicChoice, TopicWatch, patterns_of
 from ros_scenesense.stages.recorder import MB, RecorderConfiguration, RecorderStage
 
-_LOOK_TICKS = 5  # a quarter of a second
+_LOOK_TICKS = round(0.3 / TICK_S)
 
 
 class RecorderNode(StageNode):

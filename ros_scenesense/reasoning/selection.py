@@ -67,8 +67,9 @@ def select(
 ) -> Selected:
     """Keeps one version of each group, so that the most items are decided rightly.
 
-    Among those the one that decides the fewest wrongly is kept, among equally good ones the most
-    general: that with the fewest conditions.
+    Among those the one that decides the fewest wrongly is kept, then the one that is least often
+    wrong itself, also where others overrule it; among equally good ones the most general: that with
+    the fewest conditions.
 
     Args:
         groups: Versions of which one each is kept.

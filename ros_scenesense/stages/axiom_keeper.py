@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -32,7 +33,8 @@ def changes_of_cycle(
     """What a finished cycle changes.
 
     In each cycle all learned axioms lose strength, but for those that are pinned; what was learned
-    again or used since the last one is reinforced; what is below the threshold is forgotten.
+    again or used since the last one is reinforced; what is below the threshold is forgotten, and so
+    is what labelled objects refute, however strong.
 
     Args:
         report: What was learned.
@@ -58,7 +60,10 @@ def changes_of_cycle(
             found = again[old.id]
             new = replace(new, purity=found.purity, support=found.support)
         words = ""
-        if old.id in lost:
+        if old.id in report.refuted:
+            new, what = replace(new, state="forgotten"), "refuted"
+            words = report.refuted[old.id]
+        elif old.id in lost:
             new, what, words = replace(new, state="merged"), "dropped in merging", lost[old.id]
         elif strength.value < FORGOTTEN_BELOW:
             new, what = replace(new, state="forgotten"), "forgotten"
@@ -71,16 +76,36 @@ def changes_of_cycle(
             taken.add(fresh.id)
             axioms.append(fresh)
             events.append(Event(cycle, fresh.id, "learned", 1.0, found.text))
-    refuted = dict(report.refuted)
+    learned_before = {each.id for each in before}
+    refuted = {name: words for name, words in report.refuted.items() if name not in learned_before}
     for each in report.lost:
         if each.given:
             refuted[each.axiom] = each.words
-        elif each.axiom not in {old.id for old in before}:
+        elif each.axiom not in learned_before:
             # A new version that was not even adopted: its statement stands for it.
             events.append(Event(cycle, each.axiom, "not adopted", 0.0, each.words))
     events += [Event(cycle, name, "refuted", 0.0, words) for name, words in refuted.items()]
+    events += [Event(cycle, name, "restored", 1.0, w) for name, w in report.restored.items()]
     words_fit = [replace(each, words=each.words[:_LONGEST_WORDS]) for each in events]
-    return Changes(axioms, words_fit, refuted)
+    restored = tuple(name for name in report.restored if name not in refuted)
+    return Changes(axioms, words_fit, refuted, restored, tuple(report.changed))
+
+
+def words_of_cycle(changes: Changes, problems: Sequence[str]) -> str:
+    """What a cycle changed, and what could not be learned, in words."""
+    what = Counter(event.what for event in changes.events)
+    discarded = what["forgotten"] + what["dropped in merging"]
+    said = [f"{what['learned']} axioms learned, {discarded} forgotten or merged"]
+    said += [
+        f"{each.axiom} {each.what}: {each.words}"
+        for each in changes.events
+        if each.what in ("refuted", "restored")
+    ]
+    said += [
+        f"the world has changed: what {fluent!r} follows from is learned anew"
+        for fluent in changes.changed
+    ]
+    return "; ".join([*said, *problems])
 
 
 def answer_to(request: AxiomRequest, store: LearnerStore) -> tuple[Outcome, str, Changes | None]:

@@ -18,7 +18,7 @@ from ros_scenesense.attention.relevance import relevance
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.knowledge.action_language import load
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
-from ros_scenesense.learning.examples import Example, SceneState
+from ros_scenesense.learning.examples import SceneState
 from ros_scenesense.messages.actions import Transition
 from ros_scenesense.messages.base import Stamp
 from ros_scenesense.messages.grounding import Objects, Relations, Trust
@@ -30,12 +30,18 @@ from ros_scenesense.reasoning.facts import SceneFacts
 from ros_scenesense.reasoning.program import FLUENTS
 from ros_scenesense.reasoning.scene_states import SceneStates
 from ros_scenesense.resources import resource
-from ros_scenesense.stages.axiom_keeper import answer_to, changes_of_cycle, message_of, progress_of
+from ros_scenesense.stages.axiom_keeper import (
+    answer_to,
+    changes_of_cycle,
+    message_of,
+    progress_of,
+    words_of_cycle,
+)
 from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.join import SceneJoin
 from ros_scenesense.stages.labelled_literals import labelled_literals
 from ros_scenesense.stages.learner_store import LearnerStore
-from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task
+from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task, suspended
 from ros_scenesense.stages.outcome_desk import OutcomeDesk
 from ros_scenesense.stages.protocol import Figure, Incoming, Job, JobFailure, Outgoing, Timing
 from ros_scenesense.stages.state_file import state_path
@@ -184,7 +190,7 @@ class AxiomLearnerStage:
         inducing = [number for number in pool if number not in judging]
         name = f"cycle-{self._store.cycle + 1}-{now_ns}"
         self._cycle = (name, sorted(new))
-        arguments = (self._order(inducing, judging),)
+        arguments = (self._order(inducing, judging, sorted(new)),)
         self._jobs.append(Job(name, "learn", arguments, self.configuration.deadline_s))
         return name, f"{name} learns from {len(inducing)} scenes, {len(judging)} judge"
 
@@ -214,14 +220,10 @@ class AxiomLearnerStage:
         self._store.finish_cycle(changes, new, now_ns)
         self.health.count("cycles")
         for axiom, words in changes.refuted.items():
-            self.health.problem(
-                "given_refuted", f"given axiom {axiom!r} is put out of force: {words}"
-            )
-        learned = sum(event.what == "learned" for event in changes.events)
-        lost = sum(event.what in ("forgotten", "dropped in merging") for event in changes.events)
-        words = "; ".join([f"{learned} axioms learned, {lost} discarded", *result.problems])
-        done = [progress_of(name, "done", words, now_ns), *self._axioms(now_ns)]
-        return [*done, *self._learn_if_surprised(now_ns)]
+            problem = f"given axiom {axiom!r} is put out of force: {words}"
+            self.health.problem("given_refuted", problem)
+        done = progress_of(name, "done", words_of_cycle(changes, result.problems), now_ns)
+        return [done, *self._axioms(now_ns), *self._learn_if_surprised(now_ns)]
 
     def close(self) -> None:
         """Closes learner.db."""
@@ -305,7 +307,7 @@ class AxiomLearnerStage:
 
     # --- Learning.
 
-    def _order(self, inducing: list[int], judging: list[int]) -> LearningOrder:
+    def _order(self, inducing: list[int], judging: list[int], new: list[int]) -> LearningOrder:
         configuration = self.configuration
         description = self._domain.without(self._out_of_force())
         tasks = []
@@ -315,8 +317,10 @@ class AxiomLearnerStage:
             relevant = None
             if configuration.relevant_only:
                 relevant = frozenset(relevance(description, task).relations)
-            examples: list[Example] = self._store.examples(fluent, inducing)
-            tasks.append(Task(fluent, relevant, examples, self._store.examples(fluent, judging)))
+            parts = (inducing, judging, new)
+            examples, judged, latest = (self._store.examples(fluent, part) for part in parts)
+            recent = frozenset(each.scene_id for each in latest)
+            tasks.append(Task(fluent, relevant, examples, judged, recent))
         active = self._store.axioms("active")
         return LearningOrder(
             description=description,
@@ -324,6 +328,7 @@ class AxiomLearnerStage:
             pinned=frozenset(each.id for each in active if each.pinned),
             vetoed=[each.text for each in self._store.axioms("vetoed")],
             tasks=tasks,
+            suspended=suspended(self._domain, self._store.refuted()),
             algorithm="paper" if configuration.algorithm == "paper" else "covering",
             purity=configuration.purity,
             default_purity=(

@@ -123,12 +123,21 @@ class Event:
 
 @dataclass(frozen=True)
 class Changes:
-    """What a cycle or a request changes: axioms as they are now, events, refuted given axioms."""
+    """What a cycle or a request changes.
+
+    Attributes:
+        axioms: Axioms as they are now.
+        events: What became of them.
+        refuted: Given axioms that are out of force from now on, each with why.
+        restored: Given axioms that are in force again.
+        changed: Fluents of which older labels than the cycle's tell nothing any more.
+    """
 
     axioms: Sequence[StoredAxiom] = ()
     events: Sequence[Event] = ()
     refuted: dict[str, str] = field(default_factory=dict)
     restored: Sequence[str] = ()
+    changed: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -266,16 +275,17 @@ class LearnerStore:
         with self._connection:
             self._apply(changes, now_ns)
             self._connection.execute("UPDATE axiom SET right = 0, wrong = 0")
-            self._connection.executemany(
-                "UPDATE scene SET learned = 1 WHERE number = ?", ((each,) for each in learned)
-            )
+            outdated = [(fluent, min(learned)) for fluent in changes.changed if learned]
+            drop = "DELETE FROM literal WHERE fluent = ? AND scene < ?"
+            self._connection.executemany(drop, outdated)
+            mark = "UPDATE scene SET learned = 1 WHERE number = ?"
+            self._connection.executemany(mark, ((each,) for each in learned))
             self._connection.execute("UPDATE progress SET cycle = cycle + 1")
 
     def answer(self, request: str) -> tuple[Outcome, str] | None:
         """What became of a request before; None if it is new."""
-        row = self._connection.execute(
-            "SELECT outcome, reason FROM request WHERE id = ?", (request,)
-        ).fetchone()
+        question = "SELECT outcome, reason FROM request WHERE id = ?"
+        row = self._connection.execute(question, (request,)).fetchone()
         return None if row is None else (row[0], row[1])
 
     def finish_request(

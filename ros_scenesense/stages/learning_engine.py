@@ -1,8 +1,8 @@
-"""One learning cycle: induce axioms, then keep of all versions those that decide scenes best."""
+"""One learning cycle: drop what experience refutes, induce axioms, keep the best versions."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -11,25 +11,18 @@ from ros_scenesense.knowledge.action_language import parse
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
 from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.learning.bodies import Learned
-from ros_scenesense.learning.confidence import lower_bound
 from ros_scenesense.learning.covering_learner import CoveringLearner
 from ros_scenesense.learning.evaluation import can_be_evaluated, holds
 from ros_scenesense.learning.examples import Example
-from ros_scenesense.learning.grouping import grouped, same_statement
+from ros_scenesense.learning.grouping import grouped, is_special_case, same_statement
 from ros_scenesense.learning.paper_learner import PaperLearner
 from ros_scenesense.learning.scoring import TRUE_FROM
 from ros_scenesense.learning.trials import Trial
 from ros_scenesense.reasoning.selection import Dropped, Version, select
 from ros_scenesense.stages.law_learning import LawOrder, is_about_actions, learn_laws
+from ros_scenesense.stages.refutation import AxiomData, Evidence
 
-AxiomData = StateConstraint | Default
 Algorithm = Literal["covering", "paper"]
-
-_FEWEST = 8
-"""A given axiom is refuted by at least so many objects that it speaks of ..."""
-
-_REFUTING_Z = 2.0
-"""... and only if even the upper bound of its truth is below what is asked of learned ones."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +34,14 @@ class Task:
         relevant: Perceived relations that may bear on it; None = all.
         examples: To learn from.
         judging: Objects of whole scenes, by which versions are chosen.
+        recent: Ids of the scenes of either kind that no cycle has seen before.
     """
 
     fluent: str
     relevant: frozenset[str] | None
     examples: Sequence[Example]
     judging: Sequence[Example]
+    recent: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -59,6 +54,7 @@ class LearningOrder:
         pinned: Ids of those that people want to stay.
         vetoed: Statements that people do not want.
         tasks: What to learn about.
+        suspended: Given axioms that experience put out of force.
         algorithm: `covering`, ours, or `paper`, Algorithm 1.
         purity: Threshold th1 of normal axioms.
         default_purity: The same of defaults; None = no defaults.
@@ -73,6 +69,7 @@ class LearningOrder:
     pinned: frozenset[str]
     vetoed: Sequence[str]
     tasks: Sequence[Task]
+    suspended: Sequence[AxiomData] = ()
     algorithm: Algorithm = "covering"
     purity: float = 0.95
     default_purity: float | None = 0.70
@@ -80,6 +77,15 @@ class LearningOrder:
     trees: int = 100
     seed: int = 0
     trials: Sequence[Trial] = ()
+
+
+def suspended(description: SystemDescription, refuted: Collection[str]) -> list[AxiomData]:
+    """The axioms of a domain, of the kind that is learned, that experience put out of force."""
+    return [
+        axiom
+        for axiom in description.axioms
+        if isinstance(axiom, StateConstraint | Default) and axiom.id in refuted
+    ]
 
 
 @dataclass(frozen=True)
@@ -109,13 +115,17 @@ class LearningReport:
     Attributes:
         found: Induced axioms that are kept.
         lost: Versions that were dropped.
-        refuted: Given axioms that the examples speak against, each with why.
+        refuted: Axioms, given or learned, that labelled objects speak against, each with why.
+        restored: Given axioms that were out of force and hold again, each with why.
+        changed: Fluents whose labels follow other laws in the newest scenes than before.
         problems: What could not be learned, and why.
     """
 
     found: list[Found] = field(default_factory=list)
     lost: list[Loss] = field(default_factory=list)
     refuted: dict[str, str] = field(default_factory=dict)
+    restored: dict[str, str] = field(default_factory=dict)
+    changed: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
 
@@ -178,8 +188,12 @@ class _Cycle:
             if not is_about_actions(text)
         )
         self._known = [axiom for axiom in read if axiom.head.atom.name == task.fluent]
+        self._examples = list(task.examples)
+        self._refuted: list[AxiomData] = []
 
     def run(self) -> None:
+        self._refute()
+        self._restore()
         induced = self._induced()
         new = {each.axiom.id: each for each in induced if not self._match(each.axiom)}
         kept = self._merged([each.axiom for each in new.values()])
@@ -189,16 +203,14 @@ class _Cycle:
                 self._report.found.append(
                     Found(str(each.axiom), each.axiom.kind, each.purity, each.support, known)
                 )
-        in_force = [a for a in (*self._given, *self._known) if a.id in kept]
-        in_force += [each.axiom for each in new.values() if each.axiom.id in kept]
-        self._refute(in_force)
 
     def _induced(self) -> list[Learned]:
-        """What is learned, without what people vetoed or what is given anyway."""
+        """What is learned, without what people vetoed, what is given, and what was just refuted."""
         order, task = self._order, self._task
+        description = order.description.without({each.id for each in self._refuted})
         if order.algorithm == "paper":
             paper = PaperLearner(
-                order.description,
+                description,
                 task.fluent,
                 task.relevant,
                 purity=order.purity,
@@ -206,10 +218,10 @@ class _Cycle:
                 trees=order.trees,
                 random_state=order.seed,
             )
-            axioms = paper.fit(task.examples).axioms_
+            axioms = paper.fit(self._examples).axioms_
         else:
             covering = CoveringLearner(
-                order.description,
+                description,
                 task.fluent,
                 task.relevant,
                 purity=order.purity,
@@ -218,9 +230,9 @@ class _Cycle:
                 trees=order.trees,
                 random_state=order.seed,
             )
-            axioms = covering.fit(task.examples).axioms_
+            axioms = covering.fit(self._examples).axioms_
         vetoed = [self._read(e, "vetoed") for e in order.vetoed if not is_about_actions(e)]
-        unwanted = [*vetoed, *self._given]
+        unwanted = [*vetoed, *self._given, *self._refuted]
         return [
             replace(each, axiom=replace(each.axiom, id=f"new_{number}"))
             for number, each in enumerate(axioms)
@@ -263,7 +275,7 @@ class _Cycle:
         """New axioms and given ones that say the opposite of the same object, both for sure."""
         found: set[str] = set()
         strict = [each for each in self._given if each.kind == "normal"]
-        items = [*self._task.examples, *self._task.judging]
+        items = [*self._examples, *self._task.judging]
         for one in (each for each in new if each.kind == "normal"):
             for other in strict:
                 if one.head.positive != other.head.positive and any(
@@ -284,28 +296,48 @@ class _Cycle:
         decided = f" (decided by {', '.join(scenes)})" if scenes else ""
         return f"dropped: {reason}{decided}"
 
-    def _refute(self, in_force: Sequence[AxiomData]) -> None:
-        """Finds given axioms that are true too seldom, whatever people wrote."""
-        strict = [each for each in in_force if each.kind == "normal"]
-        for axiom in self._given:
-            if axiom not in in_force:
+    def _refute(self) -> None:
+        """Drops axioms that labelled objects speak against, unless a person pinned them.
+
+        If one of them was true before, the world has changed, and scenes of before teach nothing.
+        """
+        free = [each for each in self._known if each.id not in self._order.pinned]
+        refuted = self._evidence().against([*self._given, *free], self._strict())
+        if any(each.changed for each in refuted):
+            self._report.changed.append(self._task.fluent)
+            self._examples = [e for e in self._examples if e.scene_id in self._task.recent]
+        self._report.refuted.update({each.axiom.id: str(each) for each in refuted})
+        self._refuted = [each.axiom for each in refuted]
+        self._given = [each for each in self._given if each not in self._refuted]
+        self._known = [each for each in self._known if each not in self._refuted]
+
+    def _restore(self) -> None:
+        """Puts given axioms back into force that labelled objects support again."""
+        for axiom in self._order.suspended:
+            if axiom.head.atom.name != self._task.fluent or not can_be_evaluated(axiom):
                 continue
-            spoken = [
-                each
-                for each in self._task.examples
-                if holds(axiom, each.state, each.target)
-                and (
-                    axiom.kind == "normal"
-                    or not any(holds(one, each.state, each.target) for one in strict)
+            words = self._evidence().in_favour(axiom, self._strict())
+            same = [e for e in self._known if same_statement(axiom, e, self._signature)]
+            others = (each for each in (*self._given, *self._known) if each not in same)
+            # What says less than an axiom in force was put out of force because of that.
+            if words is None or any(is_special_case(axiom, e, self._signature) for e in others):
+                continue
+            self._report.restored[axiom.id] = words
+            self._given.append(axiom)
+            for each in same:
+                self._known.remove(each)
+                self._report.lost.append(
+                    Loss(each.id, False, f"dropped: {axiom.id}, which was given, says the same")
                 )
-            ]
-            misses = sum(each.label != axiom.head.positive for each in spoken)
-            highest = 1.0 - lower_bound(misses, len(spoken), _REFUTING_Z)
-            if len(spoken) >= _FEWEST and highest < TRUE_FROM[axiom.kind]:
-                right = len(spoken) - misses
-                self._report.refuted[axiom.id] = (
-                    f"true of {right} of {len(spoken)} labelled objects only"
-                )
+
+    def _evidence(self) -> Evidence:
+        items = [*self._examples, *self._task.judging]
+        normal = self._order.purity - self._order.slack
+        default = self._order.default_purity or TRUE_FROM["default"]
+        return Evidence(items, self._task.recent, normal, default)
+
+    def _strict(self) -> list[AxiomData]:
+        return [each for each in (*self._given, *self._known) if each.kind == "normal"]
 
     def _version(self, axiom: AxiomData, items: Sequence[Example], given: bool) -> Version:
         return Version(
