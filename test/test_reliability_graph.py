@@ -28,11 +28,11 @@ def test_kills_at_random_lose_and_double_nothing(options):
 
 def test_nonsense_is_counted_and_changes_no_decision(options, monkeypatch):
     monkeypatch.setattr("ros_scenesense.reliability.fuzz._FALSE_FRAMES", 2)
-    outcome = fuzz(options, messages=300, report=print)
+    outcome = fuzz(options, messages=150, report=print)
     figures = outcome.figures
-    assert figures["fuzz_messages"] == 300
+    assert figures["fuzz_messages"] == 150
     names = ("dead_nodes", "not_counted", "different_decisions", "false_dead_nodes")
     bad = [f"fuzz_{name}" for name in names]
     assert [figures[name] for name in bad] == [0, 0, 0, 0], outcome.tables
-    assert figures["fuzz_good_scenes"] >= 5
-    assert figures["fuzz_false_messages"] > 30
+    assert figures["fuzz_good_scenes"] >= 4
+    assert figures["fuzz_false_messages"] > 25

@@ -24,6 +24,7 @@ from ros_scenesense.reliability.trial import Trial
 # At once: of a state only the last message is kept, of images a few.
 _BURST = {QosClass.EVENT: 6, QosClass.REQUEST: 6, QosClass.STATE: 1}
 _IMAGE_BURST = 3
+_TOPICS_AT_ONCE = 7
 _INVENTED = 5
 _COUNTING_S = 20.0
 
@@ -132,11 +133,12 @@ class Attack:
     def send_false(self, messages: int, frames: int) -> None:
         """Sends messages that are well formed and false, and frames that show nonsense."""
         share = -(-messages // len(TOPICS))
-        for kind, models in self._models.items():
+        for number, (kind, models) in enumerate(self._models.items()):
             for text in false_texts(kind, models, share, self._seed):
                 self._publishers[kind].publish(String(data=text))
                 self.sent.false += 1
-            self._rest()
+            if number % _TOPICS_AT_ONCE == 0:
+                self._rest()
         now_ns = int(self._trial.companion.node.get_clock().now().nanoseconds)
         for scene, parts in false_frames(frames, now_ns, self._rng):
             for part, message in parts.items():
