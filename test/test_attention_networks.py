@@ -225,3 +225,13 @@ def test_the_papers_schedule_is_met_at_both_ends():
     assert training.paper_iterations("lenet", 5000) == 40_000
     assert training.paper_iterations("alexnet", 25) == 8_000
     assert 10_000 < training.paper_iterations("lenet", 1000) < 40_000
+
+
+def test_one_example_alone_is_refused():
+    one = random_samples(QueryNetworkConfiguration(), 2, count=1)
+    with pytest.raises(NetworkError, match="one example alone"):
+        train(
+            QueryNetworkConfiguration(),
+            one,
+            TrainingConfiguration(iterations=1, validation_share=0.0),
+        )

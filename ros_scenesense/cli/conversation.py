@@ -24,6 +24,8 @@ from ros_scenesense.nodes.qos import profile_of
 
 Answer = TypeVar("Answer", bound=AnyMessage)
 
+_QUIET_S, _SETTLED_S = 0.3, 1.0
+
 
 def ask(
     arguments: argparse.Namespace,
@@ -91,8 +93,8 @@ def _converse(
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
 
-    def wait_for(condition: Callable[[], bool]) -> bool:
-        deadline = time.monotonic() + timeout_s
+    def wait_for(condition: Callable[[], bool], seconds: float = timeout_s) -> bool:
+        deadline = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > deadline:
                 return False
@@ -109,6 +111,8 @@ def _converse(
                 "graph with 'scenesense launch', and give the --namespace, --domain-id and "
                 "--discovery that it has"
             )
+        # A recorder is to hear it too, and is perhaps found a little later.
+        wait_for(_stands_still(publisher.get_subscription_count), _SETTLED_S)
         publisher.publish(String(data=payload))
         if not wait_for(lambda: bool(answers)):
             raise ConversationError(
@@ -119,3 +123,17 @@ def _converse(
     finally:
         executor.shutdown()
         node.destroy_node()
+
+
+def _stands_still(count: Callable[[], int]) -> Callable[[], bool]:
+    """A condition that holds once a number has not changed for a while."""
+    last, since = count(), time.monotonic()
+
+    def holds() -> bool:
+        nonlocal last, since
+        now = count()
+        if now != last:
+            last, since = now, time.monotonic()
+        return time.monotonic() - since >= _QUIET_S
+
+    return holds
