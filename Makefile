@@ -5,7 +5,7 @@
 #   make lock ARGS=--upgrade                  newest versions of the dependencies
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench msg_defs lock check_installs clean distclean
+.PHONY: help setup demo test lint bench soak msg_defs lock check_installs clean distclean
 SHELL := bash
 python := .venv/bin/python
 export PYTHON
@@ -39,6 +39,10 @@ bench: setup ## measure the figures that the documentation quotes
 
 msg_defs: setup ## write the JSON Schemas of all messages
 	@$(python) -m ros_scenesense.messages.schemas msg_defs
+
+soak: setup ## an hour of work, 100 kills, 10,000 hostile messages; takes 80 minutes
+	@SCENESENSE_CUT_S=10 $(python) -m pytest test/test_several_hosts.py
+	@.venv/bin/scenesense soak --minutes 60 --kills 100 --fuzz 10000 $(ARGS)
 
 lock: setup ## write requirements.lock from setup.py
 	@PYTHON=$(python) tools/lock.sh $(ARGS)

@@ -33,6 +33,35 @@ def test_the_network_decides_where_reasoning_failed(status):
     assert Estimator().decide(belief, None) == Estimate(value=None, source="none")
 
 
+@pytest.mark.parametrize(
+    ("status", "answers", "source"),
+    [
+        ("timed_out", {}, "timeout"),
+        ("timed_out", {("a", Task.STABILITY): 0.9}, "network"),
+        ("undecided", {}, "none"),
+        ("undecided", {("a", Task.STABILITY): None}, "timeout"),
+        ("undecided", {("a", Task.STABILITY): 0.0}, "network"),
+        ("strict", {("a", Task.STABILITY): None}, "reasoning"),
+    ],
+)
+def test_undecided_because_of_the_time_is_said(status, answers, source):
+    value = True if status == "strict" else None
+    stable = Belief(status=DecisionStatus(status), value=value)
+    beliefs = Beliefs(
+        stamp=Stamp.of(0),
+        scene_id="s-0",
+        objects=[ObjectBelief(name="a", stable=stable, occluded=UNDECIDED)],
+        structures=[StructureBelief(members=["a"], stable=stable)],
+        derived=[],
+        knowledge_revision="k",
+        trust_revision=0,
+    )
+    objects = Estimator().objects(beliefs, answers)
+    (structure,) = Estimator().structures(beliefs, objects)
+    assert objects[0].stable.source == structure.stable.source == source
+    assert objects[0].occluded.source == "none"
+
+
 def test_it_abstains_below_the_confidence_that_is_asked_for():
     assert Estimator(confidence=0.9).decide(UNDECIDED, 0.85).value is None
     assert Estimator(confidence=0.9).decide(UNDECIDED, 0.05).value is False

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import gc
+import weakref
 from pathlib import Path
 
 import pytest
@@ -156,3 +158,15 @@ def test_a_wrong_learned_axiom_is_refused(
     with pytest.raises(LanguageError) as caught:
         shipped.extended({identifier: text})
     assert words in str(caught.value)
+
+
+def test_a_program_is_freed_when_nobody_needs_it_any_more(shipped: Program) -> None:
+    extended = shipped.extended({"l1": "occluded(A) if behind(A, B)."})
+    extended.selection(frozenset())
+    alive = weakref.ref(extended)
+    gc.disable()
+    try:
+        del extended
+        assert alive() is None
+    finally:
+        gc.enable()

@@ -246,6 +246,17 @@ def test_a_failed_job_locates_nothing_but_the_scene_goes_on(frame, naming):
     assert "stopped after 10 s" in words
 
 
+def test_a_scene_that_is_dropped_is_counted_and_grounded_when_it_is_shown_again():
+    stage = stage_with()
+    for item in (frame_at(), scene_of(BLOCKS)):
+        stage.handle(item, SECOND)
+    (job,) = stage.jobs()
+    assert job.droppable
+    assert stage.finish(job, JobFailure("32 newer jobs wait", dropped=True), SECOND) == []
+    assert problems(stage) == ["scenes_dropped"]
+    assert kinds(show(stage, frame_at(), scene_of(BLOCKS))) == [Objects, Groundings, Segmentation]
+
+
 def test_the_cloud_is_made_while_somebody_wants_it():
     stage = stage_with()
     stage.cloud_wanted = True

@@ -134,6 +134,27 @@ def test_estimates_that_came_while_the_camera_was_down_settle_the_scene(tmp_path
     assert shown_ids(render_all(after, SECOND)) == ["s-0001"]
 
 
+def test_a_restarted_camera_says_again_what_is_lost(tmp_path):
+    before = camera(in_flight=1, resend_s=1.0, attempts=1, scenes=1, state_dir=str(tmp_path))
+    render_all(before, 0)
+    before.tick(2 * SECOND)
+    before.close()
+    again = camera(state_dir=str(tmp_path))
+    assert [(type(item), item.scene_id) for item in again.start(0)] == [(SceneLost, "s-0000")]
+    again.close()
+
+
+def test_open_scenes_of_a_session_that_is_not_continued_are_lost(tmp_path):
+    before = camera(in_flight=2, state_dir=str(tmp_path))
+    render_all(before, 0)
+    before.close()
+    for lost in (["s-0000", "s-0001"], []):
+        other = camera(session="other", state_dir=str(tmp_path))
+        assert [item.scene_id for item in other.start(0)] == lost
+        assert other.health.counters["scenes_lost"] == len(lost)
+        other.close()
+
+
 def test_training_mode_lets_labels_be_learned_from():
     for mode, use in (("training", "train"), ("testing", "evaluate")):
         published = render_all(camera(mode=mode), 0)

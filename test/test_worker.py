@@ -14,7 +14,7 @@ import pytest
 
 from ros_scenesense.errors import ReasoningError
 from ros_scenesense.stages.protocol import Job, JobFailure
-from ros_scenesense.stages.worker import GIB, InlineRunner, WorkerProcess
+from ros_scenesense.stages.worker import CAPACITY, GIB, InlineRunner, WorkerProcess
 
 PATIENCE_S = 60.0
 
@@ -106,8 +106,8 @@ class Client:
             **options,
         )
 
-    def submit(self, method, *arguments, key="k", deadline_s=PATIENCE_S):
-        self.worker.submit(Job(key, method, arguments, deadline_s))
+    def submit(self, method, *arguments, key="k", deadline_s=PATIENCE_S, droppable=False):
+        self.worker.submit(Job(key, method, arguments, deadline_s, droppable))
 
     def call(self, method, *arguments, **options):
         self.submit(method, *arguments, **options)
@@ -306,6 +306,23 @@ def test_close_while_busy_leaves_no_process_and_calls_nobody_back(clients, fifo,
     assert client.results.empty()
     client.submit("process")
     client.worker.close()
+
+
+def test_of_too_many_jobs_the_oldest_droppable_one_is_given_up_at_once(clients, fifo):
+    client = clients()
+    client.submit("hang", str(fifo))
+    with open(fifo, "rb") as opened:
+        worker = int(opened.readline())
+    client.submit("process", key="kept")
+    for number in range(CAPACITY + 3):
+        client.submit("process", key=f"scene-{number}", droppable=True)
+    dropped = [client.results.get(timeout=PATIENCE_S) for _ in range(3)]
+    assert [key for key, _ in dropped] == ["scene-0", "scene-1", "scene-2"]
+    assert all(result.dropped for _, result in dropped)
+    assert dropped[0][1].reason == "process of scene-0: dropped, 32 newer jobs wait"
+    os.kill(worker, signal.SIGKILL)
+    answered = [client.results.get(timeout=PATIENCE_S)[0] for _ in range(CAPACITY + 2)]
+    assert answered == ["k", "kept", *(f"scene-{number}" for number in range(3, CAPACITY + 3))]
 
 
 def test_close_right_after_the_start_leaves_no_process(clients):

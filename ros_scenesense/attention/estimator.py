@@ -20,10 +20,18 @@ from ros_scenesense.messages.attention import (
 from ros_scenesense.messages.reasoning import Belief, Beliefs
 from ros_scenesense.scene import DecisionStatus, Task, structure_truth
 
-Answers = Mapping[tuple[str, Task], float]
-"""The network's probability that a literal is true, by object and task."""
+Answers = Mapping[tuple[str, Task], float | None]
+"""The network's probability that a literal is true; None where it took too long to say."""
 
-_STRENGTH: dict[EstimateSource, int] = {"reasoning": 3, "default": 2, "network": 1, "none": 0}
+_STRENGTH: dict[EstimateSource, int] = {
+    "reasoning": 3,
+    "default": 2,
+    "network": 1,
+    "none": 0,
+    "timeout": 0,
+}
+_NOBODY = Estimate(value=None, source="none")
+_TOO_LATE = Estimate(value=None, source="timeout")
 
 
 @dataclass(frozen=True)
@@ -47,8 +55,8 @@ class Estimator:
         return [
             ObjectEstimate(
                 name=each.name,
-                stable=self.decide(each.stable, answers.get((each.name, Task.STABILITY))),
-                occluded=self.decide(each.occluded, answers.get((each.name, Task.OCCLUSION))),
+                stable=self._decide(each.stable, (each.name, Task.STABILITY), answers),
+                occluded=self._decide(each.occluded, (each.name, Task.OCCLUSION), answers),
             )
             for each in beliefs.objects
         ]
@@ -85,12 +93,17 @@ class Estimator:
         known = any(axiom in self.purity for axiom in belief.axioms)
         return Estimate(value=belief.value, source="default", probability=purity if known else None)
 
+    def _decide(self, belief: Belief, key: tuple[str, Task], answers: Answers) -> Estimate:
+        decided = self.decide(belief, answers.get(key))
+        late = belief.status is DecisionStatus.TIMED_OUT or answers.get(key, 0.0) is None
+        return _TOO_LATE if decided is _NOBODY and late else decided
+
     def _network(self, probability: float | None) -> Estimate:
         if probability is None:
-            return Estimate(value=None, source="none")
+            return _NOBODY
         surer = max(probability, 1.0 - probability)
         if surer < self.confidence:
-            return Estimate(value=None, source="none", probability=None)
+            return _NOBODY
         return Estimate(value=probability >= 0.5, source="network", probability=surer)
 
 
@@ -109,7 +122,7 @@ def _of_structure(members: Sequence[Estimate]) -> Estimate:
         {str(number): member.value for number, member in enumerate(members)},
     )
     if truth is None:
-        return Estimate(value=None, source="none")
+        return _TOO_LATE if _TOO_LATE in members else _NOBODY
     deciding = [member for member in members if member.value == truth]
     if truth:
         # All must be stable: the weakest source speaks for the whole.

@@ -33,6 +33,7 @@ COMMANDS = {
     "train": "train the network that answers where reasoning is undecided",
     "axioms": "list learned axioms and their history; pin, veto or accept one",
     "experiment": "run an experiment of the paper: tables, plot, discussion",
+    "soak": "try the running graph: long work, nodes killed, nonsense on every topic",
     "timing": "tell how long the steps of the running graph take; as CSV too",
     "bench": "measure the figures that the documentation quotes",
     "check": "tell what is installed, what is missing, and the mend",

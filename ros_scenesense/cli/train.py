@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
             folder = Path(state) / str(number)
             judged = collect_examples(camera, reasoner, str(folder), partial(_show, bars, bar))
             store = AttentionStore(folder / "attention.db", Health(), SIDE)
-            collected.append(store.training_set())
+            collected.append(store.training_set().unpacked())
             store.close()
         training, held_out = joined(collected).parts()
         bar = bars.add_task("iterations at most", total=iterations)

@@ -212,7 +212,9 @@ def _badge(decision: Decision) -> tuple[str, str]:
         probability = estimate.probability
         return "network", "network" if probability is None else f"network {surely(probability)}"
     status = decision.belief.status
-    if estimate.source != "none":
+    if estimate.source == "timeout":
+        status = DecisionStatus.TIMED_OUT
+    elif estimate.source != "none":
         by_default = estimate.source == "default"
         status = DecisionStatus.BY_DEFAULT if by_default else DecisionStatus.STRICT
     elif decision.decided:

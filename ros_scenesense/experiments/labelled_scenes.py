@@ -7,7 +7,11 @@ from dataclasses import replace
 
 from ros_scenesense.messages.reasoning import Verdicts
 from ros_scenesense.pipeline import Pipeline
-from ros_scenesense.stages.attention import AttentionConfiguration, AttentionStage
+from ros_scenesense.stages.attention import (
+    LARGEST_POOL,
+    AttentionConfiguration,
+    AttentionStage,
+)
 from ros_scenesense.stages.grounding import GroundingConfiguration, GroundingStage
 from ros_scenesense.stages.grounding_control import (
     GroundingControlConfiguration,
@@ -43,7 +47,11 @@ def collect_examples(
             GroundingStage(GroundingConfiguration()),
             GroundingControlStage(GroundingControlConfiguration()),
             ReasonerStage(reasoner),
-            AttentionStage(AttentionConfiguration(network="none", state_dir=state_dir)),
+            AttentionStage(
+                AttentionConfiguration(
+                    network="none", state_dir=state_dir, pool_examples=LARGEST_POOL
+                )
+            ),
         ]
     )
     judged = 0

@@ -34,6 +34,8 @@ from ros_scenesense.nodes.registry import LAUNCHER_VARIABLE
 START_S = 60.0
 """A node that is not ready after so long is restarted."""
 KEPT_LOGS = 10
+_DEAF_S = 1.0
+_STRANGERS = 20
 
 
 class Graph:
@@ -72,7 +74,9 @@ class Graph:
         self._values = parameter_values(options)
         self._node: Node | None = None
         self._started = 0.0
+        self._polled = 0.0
         self._known: set[tuple[str, int | None]] = set()
+        self._strangers: set[tuple[str, int | None]] = set()
 
     def __enter__(self) -> Graph:
         self.start()
@@ -94,7 +98,7 @@ class Graph:
         Raises:
             LaunchError: If the log folder cannot be written.
         """
-        self._started = time.monotonic()
+        self._started = self._polled = time.monotonic()
         os.environ.update(self.options.environment())
         try:
             self._start_processes()
@@ -112,8 +116,13 @@ class Graph:
             ParameterError: If a node ended because of a wrong parameter.
             LaunchError: If a node cannot start, or died too often.
         """
+        deaf_s = time.monotonic() - self._polled
         self.executor.spin_once(timeout_sec=timeout_s)
+        self._polled = time.monotonic()
         for process in self.nodes.values():
+            # Nobody is silent while we do not listen, be it that our caller was busy.
+            if deaf_s > _DEAF_S:
+                process.excuse(deaf_s)
             self._supervise(process)
 
     def spin_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
@@ -205,8 +214,10 @@ class Graph:
     def _hear_stranger(self, heartbeat: Heartbeat) -> None:
         """Warns of a second node of a name in the same graph: their scenes would mix."""
         stranger = (heartbeat.node, heartbeat.process_id)
-        if heartbeat.node in self.nodes and stranger not in self._known:
-            self._known.add(stranger)
+        known = stranger in self._known or stranger in self._strangers
+        # Whoever sends ever other process ids shall fill neither memory nor terminal.
+        if heartbeat.node in self.nodes and not known and len(self._strangers) < _STRANGERS:
+            self._strangers.add(stranger)
             self._report(
                 f"a node '{heartbeat.node}' of somebody else (process {heartbeat.process_id}) runs "
                 f"in {self.options.namespace} too: choose another --domain-id or --namespace"

@@ -99,6 +99,10 @@ class NodeProcess:
             self.ready_s = self._heard - self._first_started
         return self.ready and not was_ready
 
+    def excuse(self, seconds: float) -> None:
+        """Time in which nobody listened is no silence."""
+        self._heard = min(self._heard + seconds, time.monotonic())
+
     def plan_restart(self) -> float | None:
         """Notes a death; the delay of the restart in seconds, None if there were too many."""
         now = time.monotonic()

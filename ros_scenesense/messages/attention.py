@@ -29,11 +29,15 @@ class Rois(SceneMessage, frozen=True, tag="rois/1"):
     rois: list[Roi]
 
 
-EstimateSource = Literal["reasoning", "default", "network", "none"]
+EstimateSource = Literal["reasoning", "default", "network", "none", "timeout"]
 
 
 class Estimate(Part, frozen=True):
-    """A final decision with its source; None = no decision. `probability` is that of `value`."""
+    """A final decision with its source; None = no decision. `probability` is that of `value`.
+
+    The source of no decision is `timeout` where the solver or the network took too long, else
+    `none`.
+    """
 
     value: bool | None
     source: EstimateSource

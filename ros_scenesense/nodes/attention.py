@@ -7,6 +7,7 @@ import sys
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
+from ros_scenesense.errors import FrameError
 from ros_scenesense.messages.attention import Estimates, Examples, Rois
 from ros_scenesense.messages.grounding import Objects, Relations
 from ros_scenesense.messages.learning import JobProgress
@@ -82,10 +83,14 @@ class AttentionNode(StageNode):
             self._annotated.publish(image_message(header, picture, "rgb8"))
 
     def _take_segmentation(self, message: Image) -> None:
-        instances = self._guarded(instances_of, message)
-        if instances is not None:
-            header = message.header
-            self.take(Segmentation(stamp_of(header), header.frame_id, instances))
+        header = message.header
+        try:
+            instances = instances_of(message)
+        except FrameError as error:
+            words = f"segmentation of stamp {stamp_of(header)} ns is dropped: {error}"
+            self.health.problem("bad_segmentation", words)
+            return
+        self.take(Segmentation(stamp_of(header), header.frame_id, instances))
 
     def _train(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         answer = self._guarded(self.stage.train, self.get_clock().now().nanoseconds)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections import OrderedDict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import clingo
@@ -34,6 +34,7 @@ from ros_scenesense.reasoning.syntax import Signature, Statement, relevant
 from ros_scenesense.resources import resource
 from ros_scenesense.scene import Task
 
+_KEPT_SELECTIONS = 64
 FLUENTS = {"stable": Task.STABILITY, "occluded": Task.OCCLUSION}
 """The fluents that are decided, and the task that each belongs to."""
 
@@ -98,8 +99,7 @@ class Program:
         for rule in (*rules, *map(ClassificationRule, _fixed_part())):
             for node in parse(rule.text, source):
                 self._statements[rule.scenes].append(Statement.of(node, rule.axiom))
-        # Selecting takes longer than solving a small scene.
-        self.selection = lru_cache(maxsize=64)(self._selection)
+        self._selections: OrderedDict[tuple[frozenset[str], bool], Selection] = OrderedDict()
 
     @classmethod
     def of(cls, description: SystemDescription) -> Program:
@@ -187,8 +187,18 @@ class Program:
         ]
         return hashlib.sha256("\n".join(words + rules).encode()).hexdigest()[:12]
 
-    def _selection(self, withheld: frozenset[str], everything: bool = False) -> Selection:
+    def selection(self, withheld: frozenset[str], everything: bool = False) -> Selection:
         """The statements in force, those that bear on the answer or, for explanations, all."""
+        # Selecting takes longer than solving a small scene. (A cache around the method would hold
+        # the program in a circle, and every program of before until somebody collects them.)
+        key = (withheld, everything)
+        if key not in self._selections:
+            self._selections[key] = self._selected(withheld, everything)
+            if len(self._selections) > _KEPT_SELECTIONS:
+                self._selections.popitem(last=False)
+        return self._selections[key]
+
+    def _selected(self, withheld: frozenset[str], everything: bool) -> Selection:
         keep = tuple if everything else relevant
         kept = {
             scenes: [each for each in statements if each.axiom not in withheld]

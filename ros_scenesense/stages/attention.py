@@ -46,6 +46,8 @@ from ros_scenesense.stages.state_file import state_path
 
 SIDE = 32
 """Pixels of the inputs of the query network."""
+LARGEST_POOL = 1_000_000
+"""Examples that can be kept at most."""
 _PUBLISHERS = {
     "frame": "the camera's images",
     "segmentation": "segmentation (from grounding)",
@@ -83,6 +85,12 @@ class AttentionConfiguration:
     train_every: int = parameter(
         0, "new examples after which the network is trained; 0 = on the service alone", minimum=0
     )
+    pool_examples: int = parameter(
+        5000,
+        "examples to train on, the newest ones; 1000 need 100 MB of memory",
+        minimum=10,
+        maximum=LARGEST_POOL,
+    )
     iterations: int = parameter(1500, "batches of a training at most", minimum=1)
     device: str = parameter("cpu", "where networks are trained: cpu, cuda, cuda:1, ...")
     seed: int = parameter(0, "seed of all training; same examples, same network", minimum=0)
@@ -111,7 +119,10 @@ class AttentionStage:
         self._domain = load(resource("asp", "robot_assistant.al")).description
         self._relevances = {task: relevance(self._domain, task) for task in Task}
         self._store = AttentionStore(
-            state_path(configuration.state_dir, "attention.db"), self.health, SIDE
+            state_path(configuration.state_dir, "attention.db"),
+            self.health,
+            SIDE,
+            configuration.pool_examples,
         )
         self._training = NetworkTraining(
             self._store,
@@ -240,7 +251,7 @@ class AttentionStage:
             numbers = np.stack([query.numbers for query in queries])
             arguments = (network.file, images, numbers)
             deadline_s = self.configuration.job_deadline_s
-            self._jobs.append(Job(scene_id, "answer", arguments, deadline_s))
+            self._jobs.append(Job(scene_id, "answer", arguments, deadline_s, droppable=True))
         else:
             published += self._decide(scene_id, None)
         return published + self._join_judged(scene_id, "seen", scene, now_ns)
@@ -263,11 +274,14 @@ class AttentionStage:
     def _decide(self, scene_id: str, result: Any) -> list[Outgoing]:
         """The final decisions; `result` are the network's answers, None where it was not asked."""
         scene, queries = self._asked.pop(scene_id)
-        answers: dict[tuple[str, Task], float] = {}
+        answers: dict[tuple[str, Task], float | None] = {}
         if isinstance(result, JobFailure):
+            kind = "queries_dropped" if result.dropped else "network_failed"
             self.health.problem(
-                "network_failed", f"scene {scene_id} is decided without network: {result.reason}"
+                kind, f"scene {scene_id} is decided without network: {result.reason}"
             )
+            if result.timed_out:
+                answers = {(query.target, query.task): None for query in queries}
         elif result is not None:
             for query, row in zip(queries, result, strict=True):
                 answers[query.target, query.task] = float(row[_COLUMN[query.task]])
@@ -281,9 +295,10 @@ class AttentionStage:
         )
         objects = estimator.objects(beliefs, answers)
         self.health.count("scenes_decided")
-        self.health.count("literals_asked", len(answers))
+        answered = sum(probability is not None for probability in answers.values())
+        self.health.count("literals_asked", answered)
         network = self._training.network
-        used = None if network is None or not answers else network.revision
+        used = None if network is None or not answered else network.revision
         return [
             Estimates(
                 stamp=beliefs.stamp,

@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 from ros_scenesense.attention.training_set import TrainingSet
 from ros_scenesense.errors import NetworkError
+from ros_scenesense.stages.freed_memory import give_memory_back
+from ros_scenesense.stages.packed_examples import PackedExamples
 
 if TYPE_CHECKING:
     from ros_scenesense.attention.networks.answers import TrainedNetwork
@@ -91,7 +93,7 @@ class AttentionEngine:
         """
         return self._network(file).probabilities(images, numbers)
 
-    def begin(self, order: TrainingOrder, examples: TrainingSet) -> TrainingState:
+    def begin(self, order: TrainingOrder, packed: PackedExamples) -> TrainingState:
         """Begins a training, or goes on with one that was interrupted.
 
         Raises:
@@ -100,6 +102,7 @@ class AttentionEngine:
         from ros_scenesense.attention.networks.query import QueryNetworkConfiguration
         from ros_scenesense.attention.networks.training import Training, query_training
 
+        examples = packed.unpacked()
         training, held_out = examples.parts()
         begun = Training(
             QueryNetworkConfiguration(side=order.side),
@@ -135,12 +138,11 @@ class AttentionEngine:
         _checkpoint(order).unlink(missing_ok=True)
         self._training = None
         _, held_out = examples.parts()
-        return TrainingState(
-            share=1.0,
-            finished=True,
-            loss=trained.loss(held_out),
-            rival_loss=None if order.rival is None else self._network(order.rival).loss(held_out),
-        )
+        rival_loss = None if order.rival is None else self._network(order.rival).loss(held_out)
+        state = TrainingState(1.0, True, trained.loss(held_out), rival_loss)
+        del training, examples, held_out, trained
+        give_memory_back()
+        return state
 
     def _warm_up(self, file: str) -> None:
         """Asks about nothing: the first answer takes many times as long as any other."""

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ros_scenesense.attention.inputs import pack, unpack
+from ros_scenesense.attention.inputs import pack
 from ros_scenesense.attention.queries import Query
-from ros_scenesense.attention.training_set import TrainingSet
 from ros_scenesense.errors import NetworkError
 from ros_scenesense.scene import Task
 from ros_scenesense.stages.health import Health
+from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
 VERSION = 2
@@ -71,13 +71,17 @@ class AttentionStore:
         path: SQLite file, or `state_file.IN_MEMORY`.
         health: Takes the report of a damaged file.
         side: Pixels of the images that are kept.
+        kept_examples: So many are kept, the newest ones; None = all.
 
     Raises:
         StateError: If the file cannot be used.
     """
 
-    def __init__(self, path: Path, health: Health, side: int) -> None:
+    def __init__(
+        self, path: Path, health: Health, side: int, kept_examples: int | None = None
+    ) -> None:
         self._side = side
+        self._kept = kept_examples
         self._health = health
         self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS)
 
@@ -124,6 +128,10 @@ class AttentionStore:
                         for query, label in examples
                     ),
                 )
+                if self._kept is not None:
+                    self._connection.execute(
+                        "DELETE FROM example WHERE number <= ?", (self.examples_ever - self._kept,)
+                    )
         except sqlite3.Error as error:
             words = f"scene {scene_id} could not be written to attention.db: {error}"
             self._health.problem("not_remembered", words)
@@ -135,16 +143,24 @@ class AttentionStore:
         """How many examples there are."""
         return int(self._connection.execute("SELECT count(*) FROM example").fetchone()[0])
 
+    @property
+    def examples_ever(self) -> int:
+        """How many examples there were, with those that are forgotten."""
+        row = self._connection.execute(
+            "SELECT seq FROM sqlite_sequence WHERE name = 'example'"
+        ).fetchone()
+        return 0 if row is None else int(row[0])
+
     def conclusions(self) -> dict[str, tuple[int, int]]:
         """How often each default was right and wrong, by axiom."""
         rows = self._connection.execute("SELECT axiom, right, wrong FROM conclusion")
         return {axiom: (right, wrong) for axiom, right, wrong in rows}
 
-    def training_set(self) -> TrainingSet:
+    def training_set(self) -> PackedExamples:
         """All examples. About one scene of five is held out, always the same ones.
 
         Raises:
-            NetworkError: If there are none, or one is damaged.
+            NetworkError: If there are none.
         """
         rows = self._connection.execute(
             "SELECT scene_id, task, label, image, numbers FROM example ORDER BY number"
@@ -155,9 +171,10 @@ class AttentionStore:
         for row, (_, task, label, _, _) in zip(answers, rows, strict=True):
             row[_OUTPUT[Task(task)]] = label
         scenes = np.array([zlib.crc32(row[0].encode()) for row in rows], np.int64)
-        return TrainingSet(
-            images=np.stack([unpack(row[3], self._side) for row in rows]),
-            numbers=np.stack([np.frombuffer(row[4], np.float32) for row in rows]),
+        return PackedExamples(
+            side=self._side,
+            images=tuple(row[3] for row in rows),
+            numbers=tuple(row[4] for row in rows),
             answers=answers,
             groups=scenes,
             held_out=_held_out(scenes),

@@ -150,6 +150,8 @@ class GroundingStage:
                 self.health.problem("cloud_failed", f"no cloud of {job.key}: {result.reason}")
             return [] if failed else [result]
         frame, scene, learned = job.arguments
+        if failed and result.dropped:
+            return self._drop(frame, scene, result.reason) + self._announce(now_ns)
         if failed:
             words = f"scene {job.key} was not grounded, nothing is located: {result.reason}"
             self.health.problem("grounding_failed", words)
@@ -220,6 +222,13 @@ class GroundingStage:
         _remember(self._segmentations, frame.stamp_ns, segmentation, _KEPT_SEGMENTATIONS)
         return [result.objects, result.groundings, segmentation, *result.timings]
 
+    def _drop(self, frame: Frame, scene: Scene, reason: str) -> list[Outgoing]:
+        """Scenes come faster than they can be grounded: this one may come again later."""
+        self.health.problem("scenes_dropped", f"scene {scene.scene_id} is not grounded: {reason}")
+        self._join.forget(frame.stamp_ns)
+        self._taken.pop(scene.scene_id, None)
+        return []
+
     def _take(self, stamp_ns: int, part: str, item: Frame | Scene, now_ns: int) -> list[Outgoing]:
         if self._join.knows(stamp_ns, part):
             self.health.count("repeated")
@@ -260,9 +269,10 @@ class GroundingStage:
             return
         deadline_s = self.configuration.job_deadline_s
         learned = Learned(self._store.memory, self._store.applied)
-        self._jobs.append(Job(scene.scene_id, "ground", (frame, scene, learned), deadline_s))
+        grounding = (frame, scene, learned)
+        self._jobs.append(Job(scene.scene_id, "ground", grounding, deadline_s, droppable=True))
         if self.cloud_wanted:
-            self._jobs.append(Job(scene.scene_id, "cloud", (frame,), deadline_s))
+            self._jobs.append(Job(scene.scene_id, "cloud", (frame,), deadline_s, droppable=True))
 
     def _fault_of_objects(self, frame: Frame, scene: Scene) -> str | None:
         """Why the instance ids do not fit to the scene; None if they do."""

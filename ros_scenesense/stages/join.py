@@ -65,6 +65,10 @@ class SceneJoin:
         waiting = self._waiting.get(key)
         return key in self._done or (waiting is not None and part in waiting.parts)
 
+    def forget(self, key: Hashable) -> None:
+        """Lets a finished scene come again from its beginning."""
+        self._done.pop(key, None)
+
     def nearest(self, key: int, part: str, tolerance: int) -> int | None:
         """Of the waiting scenes that lack a part, the one whose key (a number) is nearest.
 

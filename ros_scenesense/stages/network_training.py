@@ -65,7 +65,8 @@ class NetworkTraining:
         self._folder = Path(folder).expanduser() / "networks"
         self._order: TrainingOrder | None = None
         self._revision = ""
-        self._examples = store.example_count
+        self._examples = 0
+        self._examples_before = store.examples_ever
         self.network = self._first_network(first)
 
     @property
@@ -76,7 +77,7 @@ class NetworkTraining:
     @property
     def new_examples(self) -> int:
         """Examples that came since the last training began, or since the start."""
-        return self._store.example_count - self._examples
+        return self._store.examples_ever - self._examples_before
 
     def begin(self, now_ns: int) -> tuple[str | None, str]:
         """Begins a training on all examples.
@@ -88,10 +89,11 @@ class NetworkTraining:
             return None, f"{self._revision} is under way"
         try:
             examples = self._store.training_set()
-            examples.parts()
+            examples.check()
         except NetworkError as error:
             return None, str(error)
-        self._examples = len(examples.images)
+        self._examples = len(examples)
+        self._examples_before = self._store.examples_ever
         self._revision = f"network-{now_ns}"
         self._order = TrainingOrder(
             side=self._side,

@@ -67,20 +67,23 @@ class Job:
         method: Name of the engine's method.
         arguments: Picklable positional arguments.
         deadline_s: After this time the worker is killed and the job fails.
+        droppable: Whether it may be dropped where too many newer ones of that kind wait.
     """
 
     key: str
     method: str
     arguments: tuple[Any, ...]
     deadline_s: float = 30.0
+    droppable: bool = False
 
 
 @dataclass(frozen=True)
 class JobFailure:
-    """Why a job has no result: the engine raised, ran out of time, or its process died."""
+    """Why a job has no result: it failed, ran out of time, was dropped, or its process died."""
 
     reason: str
     timed_out: bool = False
+    dropped: bool = False
 
 
 class Stage(Protocol):

@@ -89,6 +89,28 @@ class SceneLedger:
         )
         return [number for (number,) in rows]
 
+    def lost_scenes(self, session: str, newest: int) -> list[int]:
+        """Numbers of the newest scenes that were lost, in order."""
+        rows = self._connection.execute(
+            "SELECT number FROM scene WHERE session = ? AND state = 'lost' "
+            "ORDER BY number DESC LIMIT ?",
+            (session, newest),
+        )
+        return sorted(number for (number,) in rows)
+
+    def give_up_others(self, session: str) -> list[tuple[str, int]]:
+        """Writes that the open scenes of all other sessions are lost; their sessions and numbers.
+
+        A camera that starts a new session does not come back to those of before.
+        """
+        with self._connection:
+            rows = self._connection.execute(
+                "UPDATE scene SET state = 'lost' WHERE state = 'open' AND session <> ? "
+                "RETURNING session, number",
+                (session,),
+            ).fetchall()
+        return sorted((other, number) for other, number in rows)
+
     def next_number(self, session: str) -> int:
         """The first number that the session has not used."""
         row = self._connection.execute(

@@ -36,6 +36,8 @@ from ros_scenesense.stages.sessions import new_session
 from ros_scenesense.stages.state_file import state_path
 from ros_scenesense.stages.withholding import withhold
 
+_LOST_SAID_AGAIN = 100
+
 __all__ = ["SimulatedCameraConfiguration", "SimulatedCameraStage"]
 
 
@@ -84,10 +86,26 @@ class SimulatedCameraStage:
         return partial(CameraEngine, self.configuration)
 
     def start(self, now_ns: int) -> list[Outgoing]:
-        """Goes on with the episode of before; nothing is published before a scene is rendered."""
+        """Goes on with the episode of before; says which scenes of before are lost.
+
+        Whoever was killed while it said so has not been heard, and what it said is forgotten.
+        """
         if self._last is not None and self._ledger.step(self.session, self._last) is not None:
             self._episodes.open(now_ns)
-        return []
+        lost = [
+            (_id(session, number), "the camera was started again, with a new session")
+            for session, number in self._ledger.give_up_others(self.session)
+        ]
+        self.health.count("scenes_lost", len(lost))
+        lost += [
+            (self._scene_id(number), "it was given up before the camera was started again")
+            for number in self._ledger.lost_scenes(self.session, _LOST_SAID_AGAIN)
+        ]
+        stamp = Stamp.of(now_ns)
+        return [
+            SceneLost(stamp=stamp, scene_id=scene_id, attempts=0, reason=reason)
+            for scene_id, reason in lost
+        ]
 
     def handle(self, item: Incoming, now_ns: int) -> list[Outgoing]:
         """Takes `estimates`: the scene is settled. Takes `action`: it is executed or refused.
@@ -319,13 +337,17 @@ class SimulatedCameraStage:
         )
 
     def _scene_id(self, number: int) -> str:
-        return f"{self.session}-{number:04d}"
+        return _id(self.session, number)
 
     def _number(self, scene_id: str) -> int | None:
         session, _, number = scene_id.rpartition("-")
         if session != self.session or not number.isdecimal():
             return None
         return int(number)
+
+
+def _id(session: str, number: int) -> str:
+    return f"{session}-{number:04d}"
 
 
 def _length_of(configuration: SimulatedCameraConfiguration) -> float:

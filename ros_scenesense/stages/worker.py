@@ -23,6 +23,8 @@ from ros_scenesense.errors import SceneSenseError
 from ros_scenesense.stages.protocol import Job, JobFailure
 
 GIB = 1024**3
+CAPACITY = 32
+"""So many droppable jobs wait at most; a camera has no more scenes in flight."""
 
 
 class JobRunner(Protocol):
@@ -64,12 +66,14 @@ class WorkerProcess:
 
     The process is started before the first job comes, so that it finds a warm engine, and again
     whenever a job brought it down. If the engine cannot be built, each job makes one new attempt.
+    Of the jobs that may be dropped at most `CAPACITY` wait: for a newer one the oldest is given up,
+    with a `JobFailure`.
     The process dies with this one, at once and without a call of the engine's `close`.
 
     Args:
         factory: Picklable; builds the engine in the process.
-        done: Called from this object's thread with each job and its result or `JobFailure`; must
-            not raise.
+        done: Called from this object's thread with each job and its result or `JobFailure`, from
+            the submitting one where the job is dropped; must not raise.
         warm: Called (same thread) whenever an engine is built and waiting for jobs.
         failed: Called (same thread) with the reason whenever an engine could not be built.
         memory_bytes: Address-space limit of the process; 0 = none.
@@ -103,10 +107,17 @@ class WorkerProcess:
         self._thread.start()
 
     def submit(self, job: Job) -> None:
-        """Queues a job."""
+        """Queues a job; drops the oldest droppable one if there are too many."""
         with self._changed:
             self._queue.append(job)
+            waiting = [each for each in self._queue if each.droppable]
+            dropped = waiting[0] if len(waiting) > CAPACITY else None
+            if dropped is not None:
+                self._queue.remove(dropped)
             self._changed.notify()
+        if dropped is not None:
+            words = f"{dropped.method} of {dropped.key}: dropped, {CAPACITY} newer jobs wait"
+            self._done(dropped, JobFailure(words, dropped=True))
 
     def close(self) -> None:
         """Kills the process and drops what is queued."""
