@@ -11,7 +11,7 @@ from learning_samples import DOMAIN, RELEVANT, examples, scenes
 from ros_scenesense.cli.main import main
 from ros_scenesense.messages.grounding import Relations
 from ros_scenesense.messages.learning import AxiomRequest, AxiomResult, Axioms, JobProgress
-from ros_scenesense.messages.reasoning import Knowledge, Verdicts
+from ros_scenesense.messages.reasoning import Beliefs, Knowledge, Verdicts
 from ros_scenesense.parameters import build
 from ros_scenesense.pipeline import Pipeline
 from ros_scenesense.stages.axiom_keeper import changes_of_cycle
@@ -468,3 +468,29 @@ def test_the_newest_scenes_are_told_from_those_of_earlier_cycles():
     for task in given_order.tasks:
         assert task.recent == {f"s-{number}" for number in range(50, 55)}
     stage.close()
+
+
+def test_right_use_counts_only_where_nobody_else_decides_the_same():
+    published = chain(learner(cycle_scenes=0), scenes(15), withheld="")
+    verdicts = {each.scene_id: each for each in published if isinstance(each, Verdicts)}
+    kinds = {name: learner(cycle_scenes=0, reinforce=name) for name in ("used", "used_right")}
+    shared = 0
+    for beliefs in (each for each in published if isinstance(each, Beliefs)):
+        judged = {
+            (one.subject[0], str(one.task))
+            for one in verdicts[beliefs.scene_id].verdicts
+            if one.kind == "object" and one.verdict in ("right", "wrong")
+        }
+        deciding = [
+            belief.axioms
+            for one in beliefs.objects
+            for task, belief in (("stability", one.stable), ("occlusion", one.occluded))
+            if (one.name, task) in judged
+        ]
+        used = {k: stage._used(beliefs, verdicts[beliefs.scene_id]) for k, stage in kinds.items()}
+        alone = Counter(axioms[0] for axioms in deciding if len(axioms) == 1)
+        assert Counter(name for name, _ in used["used_right"]) == alone
+        assert Counter(name for name, _ in used["used"]) == Counter(itertools.chain(*deciding))
+        assert all(right for _, right in used["used"])
+        shared += sum(len(axioms) > 1 for axioms in deciding)
+    assert shared > 0

@@ -200,7 +200,9 @@ def _show(
             about = [a for a in in_force if a.head.atom.name == fluent]
             firing = [a for a in about if holds(a, each.state, each.target)]
             surely = [a for a in firing if a.kind == "normal"]
-            used += [(a.id, way.any_use or a.head.positive == label) for a in surely or firing]
+            deciding = surely or firing
+            if way.any_use or len(deciding) == 1:
+                used += [(a.id, way.any_use or a.head.positive == label) for a in deciding]
     if state is not None:
         store.add_scene(f"scene-{index}", state, literals, used)
 

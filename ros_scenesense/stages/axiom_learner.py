@@ -88,7 +88,7 @@ class AxiomLearnerConfiguration:
     reinforce: str = parameter(
         "used_right",
         "what an axiom is reinforced by besides being learned again: that it was used (the paper), "
-        "or that its decisions were right as often as is asked of an axiom of its kind",
+        "or that what it alone decided was right as often as is asked of an axiom of its kind",
         choices=("used", "used_right"),
     )
     relevant_only: bool = parameter(
@@ -281,7 +281,8 @@ class AxiomLearnerStage:
     def _used(self, beliefs: Beliefs, verdicts: Verdicts) -> list[tuple[str, bool]]:
         """The axioms that decided something in this scene, each with whether that was right.
 
-        Where use alone reinforces, every use counts as right.
+        Where any use reinforces, every use counts, as a right one; else only where no other axiom
+        decided the same: who says nothing that others do not say is not needed.
         """
         right = {
             (each.subject[0], each.task): each.verdict == "right"
@@ -294,7 +295,9 @@ class AxiomLearnerStage:
             for each in beliefs.objects
             for fluent, task in FLUENTS.items()
             if (each.name, task) in right
-            for axiom in (each.stable if fluent == "stable" else each.occluded).axioms
+            for axioms in ((each.stable if fluent == "stable" else each.occluded).axioms,)
+            if any_use or len(axioms) == 1
+            for axiom in axioms
         ]
 
     def _learn_if_surprised(self, now_ns: int) -> list[Outgoing]:

@@ -291,6 +291,8 @@ class _Cycle:
             reason = "it contradicts others on labelled scenes"
         elif scenes:
             reason = f"{by_id[dropped.instead]} decides more of the labelled scenes rightly"
+        elif len(by_id[dropped.instead].body) > len(by_id[dropped.id].body):
+            reason = f"{by_id[dropped.instead]} decides as well, and is less often wrong"
         else:
             reason = f"{by_id[dropped.instead]} decides as well, and is no less general"
         decided = f" (decided by {', '.join(scenes)})" if scenes else ""
