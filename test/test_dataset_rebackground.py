@@ -113,8 +113,8 @@ def test_folders_of_something_else_are_left_alone(
         rebackground(changed, changed, BACKGROUNDS)
     with pytest.raises(DatasetError, match="is not a dataset"):
         rebackground(tmp_path, changed, BACKGROUNDS)
-    with pytest.raises(ParameterError, match="'backgrounds' is 101"):
-        rebackground(source, tmp_path / "many", 101)
+    with pytest.raises(ParameterError, match="'backgrounds' is 1001"):
+        rebackground(source, tmp_path / "many", 1001)
     assert not (tmp_path / "many").exists()
     assert files(changed) == before
 
