@@ -58,6 +58,12 @@ class Engine:
         return len(bytearray(size))
 
 
+class Wearing(Engine):
+    """Wants a new process after two jobs."""
+
+    jobs_per_life = 2
+
+
 class Unreadable:
     """Can be pickled, but not unpickled."""
 
@@ -249,6 +255,16 @@ def test_after_a_job_brought_the_process_down_a_new_one_gets_warm_by_itself(shar
         shared.warm.get()
     shared.fails("leave")
     shared.warm.get(timeout=PATIENCE_S)
+
+
+def test_an_engine_that_wears_out_gets_a_new_process_and_no_job_is_lost(clients):
+    client = clients(Wearing)
+    for number in range(5):
+        client.submit("process", key=str(number))
+    answers = [client.results.get(timeout=PATIENCE_S) for _ in range(5)]
+    assert [key for key, _ in answers] == ["0", "1", "2", "3", "4"]
+    assert [calls for _, (_, calls) in answers] == [1, 2, 1, 2, 1]
+    assert len({process for _, (process, _) in answers}) == 3
 
 
 def test_a_process_that_takes_no_data_is_killed_at_the_deadline(shared):

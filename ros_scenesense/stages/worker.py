@@ -69,6 +69,8 @@ class WorkerProcess:
     Of the jobs that may be dropped at most `CAPACITY` wait: for a newer one the oldest is given up,
     with a `JobFailure`.
     The process dies with this one, at once and without a call of the engine's `close`.
+    An engine may say by an attribute `jobs_per_life` after how many jobs it wants a new process,
+    e.g. because a library that it calls loses memory.
 
     Args:
         factory: Picklable; builds the engine in the process.
@@ -103,6 +105,7 @@ class WorkerProcess:
         self._closing = False
         self._process: multiprocessing.process.BaseProcess | None = None
         self._pipe: Connection | None = None
+        self._jobs_left: int | None = None
         self._thread = threading.Thread(target=self._serve, name="worker", daemon=True)
         self._thread.start()
 
@@ -138,6 +141,7 @@ class WorkerProcess:
                     return
                 self._done(job, result)
                 if failure is None:
+                    self._renew_if_worn()
                     self._ensure_process()
         finally:
             self._discard()
@@ -146,6 +150,12 @@ class WorkerProcess:
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             return None if self._closing else self._queue.popleft()
+
+    def _renew_if_worn(self) -> None:
+        if self._jobs_left is not None:
+            self._jobs_left -= 1
+            if self._jobs_left <= 0:
+                self._discard()
 
     def _ensure_process(self) -> JobFailure | None:
         with self._changed:
@@ -176,12 +186,12 @@ class WorkerProcess:
             self._process, self._pipe = process, ours
             if self._closing:
                 self._kill()
-        failure: JobFailure | None = self._exchange(
-            None, self._start_deadline_s, "the engine did not start"
-        )
-        if failure is not None:
+        started = self._exchange(None, self._start_deadline_s, "the engine did not start")
+        if isinstance(started, JobFailure):
             self._discard()
-        return failure
+            return started
+        self._jobs_left = started
+        return None
 
     def _execute(self, job: Job) -> Any:
         try:
@@ -250,7 +260,7 @@ def _worker_main(factory: Callable[[], Any], pipe: Connection, memory_bytes: int
     gc.freeze()
     # The pipe breaks when the parent is gone.
     with contextlib.suppress(EOFError, OSError):
-        pipe.send_bytes(pickle.dumps(failure))
+        pipe.send_bytes(pickle.dumps(failure or getattr(engine, "jobs_per_life", None)))
         while failure is None:
             pipe.send_bytes(_answer(engine, pipe.recv_bytes()))
 
