@@ -8,7 +8,11 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from std_msgs.msg import Float32
+
 from ros_scenesense.bench.loop_graph import LoopGraph
+from ros_scenesense.messages.topics import QosClass
+from ros_scenesense.nodes.qos import profile_of
 from ros_scenesense.nodes.registry import DEFAULT_NODES
 
 _PATIENCE_S = 60.0
@@ -47,11 +51,19 @@ def measure_restarts(folder: Path, seed: int, scenes: int) -> list[Restart]:
         "axiom_learner": {"cycle_scenes": 0},
     }
     with LoopGraph(folder, overrides) as loop:
+        # Said with every scene that the learner keeps; a heartbeat comes up to 1 s later.
+        kept: list[float] = []
+        loop.node.create_subscription(
+            Float32,
+            "timing/axiom_learner/keep",
+            lambda message: kept.append(message.data),
+            profile_of(QosClass.REQUEST),
+        )
         loop.wait_warm(scenes)
-        return [_restart(loop, name) for name in DEFAULT_NODES]
+        return [_restart(loop, name, kept) for name in DEFAULT_NODES]
 
 
-def _restart(loop: LoopGraph, name: str) -> Restart:
+def _restart(loop: LoopGraph, name: str, kept: list[float]) -> Restart:
     process = loop.graph.nodes[name]
     settled = len(loop.settled)
     loop.wait_for(
@@ -67,16 +79,18 @@ def _restart(loop: LoopGraph, name: str) -> Restart:
     ready_s = time.monotonic() - start
     # What came before it was ready was under way beyond the killed node already.
     begin = len(loop.settled)
+    kept.clear()
     loop.wait_for(
-        lambda: _is_useful(loop, name, begin), _PATIENCE_S, f"{name} is ready but does nothing"
+        lambda: _is_useful(loop, name, begin, kept),
+        _PATIENCE_S,
+        f"{name} is ready but does nothing",
     )
     return Restart(name, ready_s, time.monotonic() - start)
 
 
-def _is_useful(loop: LoopGraph, name: str, begin: int) -> bool:
+def _is_useful(loop: LoopGraph, name: str, begin: int, kept: list[float]) -> bool:
     if name == "axiom_learner":
-        heartbeat = loop.graph.nodes[name].heartbeat
-        return heartbeat is not None and heartbeat.counters.get("scenes_kept", 0) > 0
+        return bool(kept)
     decided = loop.settled[begin:]
     if name == "attention":
         return any(each.estimates.network_revision is not None for each in decided)
