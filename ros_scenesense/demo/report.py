@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from ros_scenesense.demo.cards import make_card
 from ros_scenesense.demo.finals import DECIDERS, summarise_final
 from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.record import MAX_FRAMES, Decision, RunRecord, Subject
 from ros_scenesense.demo.summary import Latency, Summary, summarise_task
+from ros_scenesense.demo.templates import template
 from ros_scenesense.results import write_atomically
 
 SUBJECT_TITLES = {
@@ -58,13 +57,6 @@ def write_report(record: RunRecord, summary: Summary, path: Path) -> None:
 
 def render(record: RunRecord, summary: Summary) -> str:
     """The report as HTML text."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     settled = record.settled()
     context: dict[str, Any] = {
         "summary": summary,
@@ -80,7 +72,7 @@ def render(record: RunRecord, summary: Summary) -> str:
         "font_size": FONT_SIZE,
         "learned_cycles": _learned_cycles(summary),
     }
-    return environment.get_template("report.html.j2").render(context)
+    return template("report.html.j2").render(context)
 
 
 def _learned_cycles(summary: Summary) -> list[int]:

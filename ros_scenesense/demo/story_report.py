@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from ros_scenesense.demo.cards import Card, make_card, png_of
 from ros_scenesense.demo.clutter import Tidiness
 from ros_scenesense.demo.overlay import FONT_SIZE
 from ros_scenesense.demo.record import SceneRecord
 from ros_scenesense.demo.story import Chapter, Done, Ended, Learned, Planned, Story
+from ros_scenesense.demo.templates import template
 from ros_scenesense.messages.actions import Plan
 from ros_scenesense.messages.learning import LearnedAxiom
 from ros_scenesense.provenance import machine, versions
@@ -98,13 +97,6 @@ def write_story_report(story: Story, end: StoryEnd, path: Path) -> None:
 
 def render_story(story: Story, end: StoryEnd) -> str:
     """The report as HTML text."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     tidiness = tidiness_of(end)
     context: dict[str, Any] = {
         "title": TITLES[end.what],
@@ -120,7 +112,7 @@ def render_story(story: Story, end: StoryEnd) -> str:
         "versions": versions(),
         "machine": machine(),
     }
-    return environment.get_template("story.html.j2").render(context)
+    return template("story.html.j2").render(context)
 
 
 def write_story(story: Story, end: StoryEnd, path: Path) -> None:
