@@ -115,26 +115,30 @@ def test_what_is_segmented_has_the_ids_of_what_it_fits():
     np.testing.assert_array_equal(seen == 0, found == 0)
 
 
-def tried(way, images, accuracy, seed=0):
+def tried(way, images, accuracy, seed=0, balanced=0.5):
     trial = Trial(way, "incomplete", images, seed, 10)
-    scores = {"accuracy": accuracy, "balanced": accuracy, "occlusion": accuracy, "decided": 1.0}
+    scores = {"accuracy": accuracy, "balanced": balanced, "occlusion": accuracy, "decided": 1.0}
     return Tried(trial, {way: scores}, 10, 10, 1.0)
 
 
 def test_images_needed_lie_between_two_sizes_along_the_logarithm():
-    setting = Setting("samples", "scenesense", 0, 30, 10, 1, 2000, "validated")
+    setting = Setting("samples", "scenesense", 0, 30, 10, 1, "validated")
     trials = [tried("lenet", 1000, 0.8), tried("query", 10, 0.7), tried("query", 1000, 0.9)]
     figures = report_on(trials, setting).result.figures
     assert figures["images_ratio_query"] == pytest.approx(0.1)
     assert figures["baseline_1000"] == 0.8
     assert images_needed({}, "query", "lenet") is None
+    # By balanced accuracy no training was better than any other: the fewest images do.
+    assert figures["images_ratio_query_balanced"] == pytest.approx(0.01)
+    trials[0] = tried("lenet", 1000, 0.8, balanced=0.6)
+    assert "images_ratio_query_balanced" not in report_on(trials, setting).result.figures
     # Never as good: no ratio.
     trials[2] = tried("query", 1000, 0.75)
     assert "images_ratio_query" not in report_on(trials, setting).result.figures
 
 
 def test_what_three_trainings_do_not_show_is_not_claimed():
-    setting = Setting("estimation", "scenesense", 0, 30, 10, 3, 2000, "validated")
+    setting = Setting("estimation", "scenesense", 0, 30, 10, 3, "validated")
     close = [
         tried(way, 100, accuracy, seed)
         for way, several in (("lenet", (0.7, 0.9, 0.8)), ("lenet_att", (0.8, 0.85, 0.84)))

@@ -102,7 +102,6 @@ def conduct(options: Options, say: Say) -> Outcome:
         scenes=scenes,
         tests=plan.tests(scenes),
         repeats=plan.repeats,
-        large=plan.large,
         schedule=options.schedule,
     )
     return report_on(tried, setting)

@@ -43,8 +43,7 @@ def _where_from(setting: Setting, alexnet: bool) -> str:
         "of perceived pixels, and relations come from SceneSense's own grounding. "
         f"{setting.scenes} scenes were used: {setting.tests} of them, the last ones, test, the "
         f"others are drawn from to train, {setting.repeats} times each with other images, weights "
-        f"and batches, once from {setting.large} images on; a fifth of the training images only "
-        "says when to stop. **Incomplete "
+        "and batches; a fifth of the training images only says when to stop. **Incomplete "
         "knowledge** lacks the six axioms that are to be learned, **complete** has them. "
         "**Accuracy** counts the occlusion of every object and the stability of every structure, "
         "what all ways estimate; no decision counts as a wrong one, ambiguous labels do not count. "
@@ -136,7 +135,7 @@ def _attention(figures: Mapping[str, float]) -> str:
     )
     if text and best <= figures.get("reasoning_majority", 0.0):
         text += (
-            f" With {' or '.join(map(str, sizes))} images and so few batches none of them is "
+            f" With {' or '.join(map(str, sizes))} images none of them is "
             f"better than the most frequent answer ({_share(figures, 'reasoning_majority')}): how "
             "many images one needs to be as good as the other says little."
         )
@@ -222,6 +221,11 @@ def _network(figures: Mapping[str, float]) -> str:
         text += (
             " For what LeNet reaches on whole images with 1000 images at most, it needs at most "
             f"{_share(figures, 'images_ratio_query')} of the images."
+        )
+    if "images_ratio_query_balanced" in figures:
+        text += (
+            " By balanced accuracy, which the most frequent answer does not raise, that is "
+            f"{_share(figures, 'images_ratio_query_balanced')}."
         )
     return text
 

@@ -19,7 +19,6 @@ class Plan:
         most_scenes: How many of a dataset are looked at; the first ones.
         most_tests: The last scenes are tested on, so many, but at most a third of them.
         repeats: Trainings of each, with other images and weights.
-        large: From so many images on there is one training of each, which has to do.
         shortened: Few iterations, to see that it runs.
         knowledge: What reasoning alone is tried with.
     """
@@ -30,7 +29,6 @@ class Plan:
     most_scenes: int = 6000
     most_tests: int = 1000
     repeats: int = 3
-    large: int = 1000
     shortened: bool = False
     knowledge: tuple[str, ...] = ("incomplete", "complete")
 
@@ -53,7 +51,7 @@ class Plan:
         ]
         grid.sort(key=lambda one: -one[0])
         for size, way, knowledge in grid:
-            for number in range(self.repeats if size < self.large else 1):
+            for number in range(self.repeats):
                 yield Trial(
                     way=way,
                     knowledge=knowledge,
@@ -75,16 +73,15 @@ class Plan:
         return max(1, min(self.most_tests, round(scenes / 3)))
 
 
-_FEW = (100, 200, 1000, 2000, 5000)
-_ALL = (25, 50, *_FEW)
+_SIZES = (25, 50, 100, 200, 1000, 5000)
 ESTIMATION = Plan(
     sizes={
-        "query": _ALL,
-        "lenet": _ALL,
-        "lenet_att": _ALL,
-        "same_channels": _FEW,
-        "alexnet": _FEW,
-        "alexnet_att": _FEW,
+        "query": _SIZES,
+        "lenet": _SIZES,
+        "lenet_att": _SIZES,
+        "same_channels": _SIZES,
+        "alexnet": _SIZES,
+        "alexnet_att": _SIZES,
         "query_pixels": (100,),
         "query_geometry": (100,),
         "query_segmented": (100,),
@@ -102,7 +99,7 @@ SAMPLES = Plan(
     },
     scenes=2000,
 )
-_BOTH = (100, 500, 5000)
+_BOTH = (100, 5000)
 BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=())
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},

@@ -66,7 +66,6 @@ class Setting:
         scenes: How many there were.
         tests: How many of them were tested on.
         repeats: Trainings of each.
-        large: From so many images on there was one training of each.
         schedule: How long was trained.
     """
 
@@ -76,7 +75,6 @@ class Setting:
     scenes: int
     tests: int
     repeats: int
-    large: int
     schedule: str
 
 
@@ -89,7 +87,7 @@ def report_on(tried: Sequence[Tried], setting: Setting) -> Outcome:
         "Ways": Table(columns=["way", "is"], rows=_present(scores)),
         "Incomplete knowledge": _table(scores, "incomplete"),
         "Complete knowledge": _table(scores, "complete"),
-        "Images for the accuracy of LeNet and AlexNet on whole images": _ratios(scores),
+        "Images to be as good as LeNet and AlexNet on whole images": _needed(scores),
         "Trainings": _trainings(tried),
         "Compared on the same images and seeds": _compared(claims),
     }
@@ -149,10 +147,7 @@ def _figures(scores: Mapping[Key, Mapping[str, list[float]]], setting: Setting) 
             figures[f"baseline_same_channels{size}{end}"] = float(np.mean(each["accuracy"]))
         if way == "reasoning":
             figures[f"reasoning_alone{end}"] = float(np.mean(each["accuracy"]))
-    for network, other, baseline in _RATIOS:
-        needed = images_needed(scores, other, baseline)
-        if needed is not None:
-            figures[f"images_ratio_{network}"] = needed[0] / needed[1]
+    figures |= {each.figure: each.few / each.many for each in _ratios(scores)}
     return figures
 
 
@@ -161,20 +156,32 @@ _RATIOS = (
     ("alexnet", "alexnet_att", "alexnet"),
     ("query", "query", "lenet"),
 )
+_MEASURES = (("accuracy", ""), ("balanced", "_balanced"))
+"""Where a class is rare, who never says it is accurate; balanced accuracy sees through that."""
 
 
 def images_needed(
-    scores: Mapping[Key, Mapping[str, list[float]]], way: str, baseline: str
+    scores: Mapping[Key, Mapping[str, list[float]]],
+    way: str,
+    baseline: str,
+    measure: str = "accuracy",
 ) -> tuple[float, int] | None:
-    """How many images a way needs for the accuracy of a baseline with the most images up to 1000.
+    """How many images a way needs to be as good as a baseline with the most images up to 1000.
 
     Between two sizes along the logarithm of images; the smallest size where already that is enough.
+
+    Args:
+        scores: Of all repetitions.
+        way: Whose images are counted.
+        baseline: What it has to be as good as.
+        measure: By which score.
 
     Returns:
         Images of the way, and of the baseline; None where they were not tried, or never suffice.
     """
-    curve = _curve(scores, way)
-    reached = [(images, mean) for images, mean in _curve(scores, baseline) if images <= 1000]
+    curve = _curve(scores, way, measure)
+    known = _curve(scores, baseline, measure)
+    reached = [(images, mean) for images, mean in known if images <= 1000]
     if not curve or not reached:
         return None
     many, goal = reached[-1]
@@ -190,7 +197,7 @@ def images_needed(
 
 
 def _curve(
-    scores: Mapping[Key, Mapping[str, list[float]]], way: str, name: str = "accuracy"
+    scores: Mapping[Key, Mapping[str, list[float]]], way: str, name: str
 ) -> list[tuple[int, float]]:
     return sorted(
         (images, float(np.mean(each[name])))
@@ -247,16 +254,38 @@ def _percent(share: float) -> float:
     return round(100.0 * share, 1)
 
 
-def _ratios(scores: Mapping[Key, Mapping[str, list[float]]]) -> Table:
+@dataclass(frozen=True)
+class _Ratio:
+    """Images that a way needs, `few`, to be as good as a baseline with `many`, by a measure."""
+
+    figure: str
+    way: str
+    baseline: str
+    measure: str
+    few: float
+    many: int
+
+
+def _ratios(scores: Mapping[Key, Mapping[str, list[float]]]) -> list[_Ratio]:
+    found = []
+    for measure, end in _MEASURES:
+        for network, way, baseline in _RATIOS:
+            needed = images_needed(scores, way, baseline, measure)
+            if needed is not None:
+                figure = f"images_ratio_{network}{end}"
+                found.append(_Ratio(figure, way, baseline, measure, *needed))
+    return found
+
+
+def _needed(scores: Mapping[Key, Mapping[str, list[float]]]) -> Table:
     rows: list[list[str | int | float | None]] = []
-    for network, way, baseline in _RATIOS:
-        needed = images_needed(scores, way, baseline)
-        if needed is not None:
-            few, many = needed
-            enough = "at most" if few == _curve(scores, way)[0][0] else "about"
-            figure = f"images_ratio_{network}"
-            rows.append([way, baseline, many, enough, round(few), few / many, figure])
-    columns = ["way", "as good as", "with images", "", "needs", "ratio", "figure"]
+    for each in _ratios(scores):
+        smallest = _curve(scores, each.way, each.measure)[0][0]
+        enough = "at most" if each.few == smallest else "about"
+        ratio = round(each.few / each.many, 4)
+        names = (each.measure, each.way, each.baseline)
+        rows.append([*names, each.many, enough, round(each.few), ratio, each.figure])
+    columns = ["by", "way", "as good as", "with images", "", "needs", "ratio", "figure"]
     return Table(columns=columns, rows=rows)
 
 

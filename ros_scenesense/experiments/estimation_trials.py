@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from ros_scenesense.attention.networks.samples import Samples
     from ros_scenesense.attention.networks.training import TrainingConfiguration
 
-ITERATIONS = 600
+ITERATIONS = 1500
 """Batches at most."""
-_PATIENCE = 5
+_PATIENCE = 8
 """Of LeNet and AlexNet, whose batches take long."""
 _ALEXNET_WIDTH = 0.125
 _ALEXNET_RATE = 5e-4
