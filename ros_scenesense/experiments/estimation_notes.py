@@ -172,7 +172,7 @@ def _little(figures: Mapping[str, float]) -> str:
 
 _HARDLY = 0.005
 """Less than half a point."""
-_SIZES = (100, 1000)
+_SIZES = (100, 1000, 5000)
 _PAPERS_WAYS = ("lenet", "lenet_att", "alexnet", "alexnet_att")
 
 
