@@ -7,6 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from ros_scenesense.attention.inputs import NUMBERS
 from ros_scenesense.attention.queries import Query
 from ros_scenesense.attention.training_set import joined
 from ros_scenesense.errors import NetworkError
@@ -172,17 +173,18 @@ def teach(state, scenes=40):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
-            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(8, np.float32), ())
+            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(NUMBERS, np.float32), ())
             examples.append((query, bool(bright)))
         assert store.add(f"t-{number}", [("s3", number > 9)], examples)
     store.close()
 
 
-def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path):
+@pytest.mark.parametrize("version", [1, 2])
+def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path, version):
     teach(tmp_path, scenes=2)
     path = tmp_path / "attention.db"
     with closing(sqlite3.connect(path)) as old:
-        old.execute("PRAGMA user_version=1")
+        old.execute(f"PRAGMA user_version={version}")
     store = AttentionStore(path, Health(), SIDE)
     assert store.example_count == 0
     assert not store.add("t-0", [], [])
@@ -208,7 +210,7 @@ def test_an_engine_that_warms_up_with_a_broken_network_says_so_only_when_asked(t
     broken.write_bytes(b"nothing")
     engine = AttentionEngine(str(broken))
     with pytest.raises(NetworkError, match="damaged"):
-        engine.answer(str(broken), np.zeros((1, 6, SIDE, SIDE), "f4"), np.zeros((1, 8), "f4"))
+        engine.answer(str(broken), np.zeros((1, 6, SIDE, SIDE), "f4"), np.zeros((1, NUMBERS), "f4"))
 
 
 def run_jobs(stage, now_ns=SECOND):

@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-VERSION = 2
+VERSION = 3
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -48,8 +48,9 @@ CREATE TABLE network (
     loss REAL
 );
 """
-_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;",)
-"""Examples of version 1 lack numbers that networks are shown now; its networks do not know them."""
+_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;",) * 2
+"""Examples of older versions lack numbers that networks are shown now; their networks do not know
+them."""
 _OUTPUT = {Task.STABILITY: 0, Task.OCCLUSION: 1}
 _HELD_OUT_OF = 5  # one scene of five
 
