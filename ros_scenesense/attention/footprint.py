@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.attention.regions import Rectangle
-from ros_scenesense.attention.scan import Scan, scan_of
+from ros_scenesense.attention.scan import Scan, percentile, scan_of
 from ros_scenesense.geometry import Box, Float, Intrinsics
 
 _STRAY_M = 0.008
@@ -157,7 +157,8 @@ def _faces(scan: Scan, angles: Float) -> _Faces:
     for face in (normals, normals @ np.array([[0.0, 1.0], [-1.0, 0.0]])):
         along = face @ scan.near.T  # (angles, directions)
         for power in (along, along**2):
-            sums.append(np.pad(np.cumsum(scan.weights * power, axis=1), ((0, 0), (1, 0))))
+            sums.append(np.zeros((len(angles), len(scan.near) + 1)))
+            np.cumsum(scan.weights * power, axis=1, out=sums[-1][:, 1:])
     left, left_square, right, right_square = sums
     right, right_square = right[:, -1:] - right, right_square[:, -1:] - right_square
     spread = left_square - left**2 / before + right_square - right**2 / after
@@ -228,7 +229,7 @@ def _one_face(
     end = hidden @ sights[1] * distance / (normal @ sights[1])
     turned = bool(hidden @ sights[0] < 0.0)  # the line of sight touches the far end of the other
     if len(top) >= _FEWEST_OF_TOP:
-        depth = distance - float(np.percentile(top @ normal, 4))
+        depth = distance - percentile(top @ normal, 0.04)
         touched = sights[0] * (distance - depth) / (normal @ sights[0]) if turned else corner
         other = float(hidden @ touched)
         width = float(other - end)
