@@ -233,11 +233,11 @@ def test_decisions_are_remembered_as_long_as_topics_bring_their_scenes_again(tmp
 # --- Training.
 
 
-def teach(state, scenes=40):
+def teach(state, scenes=40, first=0):
     """Examples of bright stable and dark unstable objects, two of each scene."""
     store = AttentionStore(state / "attention.db", Health(), SIDE)
     rng = np.random.default_rng(0)
-    for number in range(scenes):
+    for number in range(first, first + scenes):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
@@ -370,6 +370,34 @@ def test_a_training_that_dies_leaves_the_network_in_use(tmp_path):
     assert progress.state == "failed"
     assert "what was used before stays: the process was killed" in progress.text
     assert stage.train(2)[0] == "network-2"
+
+
+def test_of_a_training_that_was_killed_only_what_it_takes_to_go_on_is_kept(tmp_path):
+    teach(tmp_path)
+    stage = stage_with(state_dir=str(tmp_path))
+    stage.train(1)
+    run_jobs(stage)
+    stage.train(2)
+    engine = stage.engine()()
+    engine.begin(*stage.jobs()[0].arguments)
+    engine.advance()  # and here the node is killed
+    stage.close()
+    networks = tmp_path / "networks"
+    for name in ("candidate.pt", ".candidate.pt.123", ".training-80-80.pt.7", "training-9-9.pt"):
+        (networks / name).write_bytes(b"half of it")
+
+    again = stage_with(state_dir=str(tmp_path))
+    assert {path.name for path in networks.iterdir()} == {"network-1.pt", "training-80-80.pt"}
+    again.train(3)
+    first, *_, last = run_jobs(again)
+    assert first.progress == pytest.approx(25 / 30)
+    assert last.state == "done"
+
+    (networks / "training-80-80.pt").write_bytes(b"of the examples so far")
+    teach(tmp_path, scenes=1, first=40)
+    again.train(4)
+    assert {path.name for path in networks.iterdir()} == {"network-1.pt"}
+    again.close()
 
 
 def test_training_begins_by_itself_after_so_many_examples(tmp_path):
