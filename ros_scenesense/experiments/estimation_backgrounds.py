@@ -185,9 +185,7 @@ def report_on(found: Accuracies, options: Options, scenes: int, tests: int) -> O
         for (way, images), each in found.items()
     ]
     labels = [str(count) for count in counts]
-    panel = Panel(
-        "accuracy", labels, series, "accuracy, %", "backgrounds", lines=True, legend_below=True
-    )
+    panel = Panel("accuracy", labels, series, "accuracy, %", "backgrounds", lines=True)
     return Outcome(result, [panel])
 
 
