@@ -5,14 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import msgspec
 import pytest
 import yaml
-from conftest import Probe
+from conftest import Probe, holds
 from rclpy.node import Node
 from std_msgs.msg import String
 
@@ -329,16 +328,6 @@ def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch
     stop_all([node])
     assert node.exit_code == -signal.SIGKILL
     assert holds(lambda: not is_running(child))
-
-
-def holds(condition, timeout_s: float = 20.0) -> bool:
-    """Waits for a condition on processes, which nothing but asking tells of."""
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def is_running(pid: int) -> bool:

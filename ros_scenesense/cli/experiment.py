@@ -10,8 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.parameters import Parameter
@@ -77,9 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     path: Path | None = arguments.out
     if path is not None and path.suffix != ".json":
         raise ParameterError(f"--out is '{path}', must be a file name that ends in .json")
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    console = console_of(160)
     conduct = {
         "grounding": _grounding,
         "axioms": _axioms,
