@@ -5,14 +5,15 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
 import yaml
-from conftest import Probe
+from conftest import Probe, holds
 from rclpy.node import Node
+from std_msgs.msg import String
 
 from ros_scenesense.cli import launch
 from ros_scenesense.cli.main import main as command
@@ -23,6 +24,8 @@ from ros_scenesense.launcher import process as launcher_process
 from ros_scenesense.launcher.parameter_values import parameter_values, write_parameter_values
 from ros_scenesense.launcher.process import NodeProcess, stop_all
 from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.base import Stamp
+from ros_scenesense.messages.codec import encode
 from ros_scenesense.messages.grounding import Groundings
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.nodes.registry import DEFAULT_NODES
@@ -230,6 +233,83 @@ def test_delays_double_and_too_many_deaths_end_it(monkeypatch, tmp_path):
     assert node.plan_restart() == 0.1
 
 
+@pytest.fixture
+def watched(monkeypatch, tmp_path):
+    """A launcher that hears only what a test lets it hear, with one node: clock, graph, node.
+
+    The node is a process that sleeps; `passes` is what each of the launcher's looks takes.
+    """
+    clock = Clock()
+    for module in (launcher_graph, launcher_process):
+        monkeypatch.setattr(module, "time", clock)
+    reports: list[str] = []
+    graph = Graph(GraphOptions(nodes=(), log_dir=tmp_path, silence_s=10.0), reports.append)
+    graph.reports = reports
+    graph.passes = 0.1
+
+    def spin_once(timeout_sec: float) -> None:
+        assert timeout_sec == 0.1
+        clock.now += graph.passes
+
+    graph.executor = SimpleNamespace(spin_once=spin_once)
+    graph._started = graph._polled = clock.now
+    node = graph.nodes["reasoner"] = NodeProcess("reasoner", [], dict(os.environ), tmp_path / "log")
+    node._command = [sys.executable, "-c", "import time; time.sleep(600)"]
+    graph._start(node)
+    hear(graph, "reasoner", node.pid)
+    yield clock, graph, node
+    node.kill()
+    node.wait(20.0)
+
+
+def hear(graph, name: str, process_id: int) -> None:
+    heartbeat = Heartbeat(
+        stamp=Stamp.of(0), node=name, process_id=process_id, ready=True, warm=True, counters={}
+    )
+    graph._hear(String(data=encode(heartbeat).decode()))
+
+
+@pytest.mark.parametrize("in_a_callback", [True, False])
+def test_nobody_is_silent_while_the_launcher_is_busy(watched, in_a_callback):
+    clock, graph, node = watched
+    for _ in range(5):
+        graph.passes = 15.0 if in_a_callback else 0.1
+        clock.now += 0.0 if in_a_callback else 15.0
+        graph.poll()
+        assert node.exit_code is None
+    graph.passes = 0.1
+    for _ in range(80):  # 8 s, of the 10 that are too many
+        graph.poll()
+    assert not any("gave no sign of life" in line for line in graph.reports)
+    for _ in range(30):
+        graph.poll()
+    assert any("reasoner gave no sign of life for 10 s" in line for line in graph.reports)
+
+
+def test_time_in_which_nobody_listened_is_no_credit(watched):
+    _, _, node = watched
+    node.excuse(1000.0)
+    assert node.silent_s == 0.0
+
+
+def test_of_strangers_each_is_told_once_and_not_without_end(watched):
+    _, graph, node = watched
+    graph.reports.clear()
+    before = node.pid
+    node.kill()
+    node.wait(20.0)
+    graph._start(node)
+    for process_id in (before, node.pid):
+        hear(graph, "reasoner", process_id)
+    hear(graph, "somebody", 1)
+    assert not any("somebody else" in line for line in graph.reports)
+    for process_id in range(2_000_000, 2_000_100):
+        hear(graph, "reasoner", process_id)
+        hear(graph, "reasoner", process_id)
+    told = [line for line in graph.reports if "somebody else" in line]
+    assert len(told) == len(set(told)) == launcher_graph._STRANGERS
+
+
 def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch, tmp_path):
     script = (
         "import signal, subprocess, sys, time\n"
@@ -248,16 +328,6 @@ def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch
     stop_all([node])
     assert node.exit_code == -signal.SIGKILL
     assert holds(lambda: not is_running(child))
-
-
-def holds(condition, timeout_s: float = 20.0) -> bool:
-    """Waits for a condition on processes, which nothing but asking tells of."""
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def is_running(pid: int) -> bool:

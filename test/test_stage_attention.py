@@ -3,7 +3,9 @@
 import itertools
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -162,14 +164,81 @@ def test_of_many_examples_the_newest_are_kept_and_the_next_training_still_comes(
     stage.close()
 
 
+# --- A restart: topics bring up to 200 old scenes again, but no images.
+
+TOLD = (Beliefs, Objects, Relations, Verdicts)
+SHOWN = (Frame, Segmentation)
+
+
+def told(parts, kind, number):
+    """A message of one scene as another scene would have it."""
+    return msgspec.structs.replace(
+        parts[kind], scene_id=f"s-{number:04d}", stamp=Stamp.of(SECOND + number)
+    )
+
+
+def shown(parts, number):
+    return [replace(parts[kind], stamp_ns=SECOND + number) for kind in SHOWN]
+
+
+def old_scenes(together, count=200):
+    """In which order their messages come: scene by scene, or topic by topic."""
+    if together:
+        return [(kind, number) for number in range(count) for kind in TOLD]
+    return [(kind, number) for kind in TOLD for number in range(count)]
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_old_scenes_do_not_push_out_the_one_that_is_shown(parts, together):
+    stage = stage_with(network="shipped")
+    published = []
+    for image in shown(parts, 199):
+        published += stage.handle(image, SECOND)
+    for kind, number in old_scenes(together):
+        published += stage.handle(told(parts, kind, number), SECOND)
+    assert [job.key for job in stage.jobs()] == ["s-0199"]
+    assert [each.scene_id for each in of(Examples, published)] == ["s-0199"]
+    stage.close()
+
+
+def test_what_was_decided_before_a_restart_is_decided_again_only_if_it_is_shown(parts, tmp_path):
+    before = stage_with(state_dir=str(tmp_path))
+    for kind, number in old_scenes(together=True, count=3):
+        before.handle(told(parts, kind, number), 0)
+    for image in shown(parts, 1):
+        before.handle(image, 0)
+    assert len(before.tick(11 * SECOND)) == 2
+    before.close()
+
+    again = stage_with(state_dir=str(tmp_path))
+    published = []
+    for kind, number in old_scenes(together=True, count=4):
+        published += again.handle(told(parts, kind, number), 0)
+    for image in shown(parts, 2):
+        published += again.handle(image, 0)
+    assert [each.scene_id for each in of(Estimates, published)] == ["s-0002"]
+    assert [each.scene_id for each in again.tick(11 * SECOND)] == ["s-0003"]
+    assert again.health.counters["scenes_decided_before"] == 2
+    assert [kind for kind, _ in again.health.take_problems()] == ["scene_incomplete"]
+    again.close()
+
+
+def test_decisions_are_remembered_as_long_as_topics_bring_their_scenes_again(tmp_path):
+    store = AttentionStore(tmp_path / "attention.db", Health(), SIDE)
+    store.record_decisions(range(1500))
+    store.record_decisions([1499, 7])
+    assert store.decided() == {*range(502, 1500), 7}
+    store.close()
+
+
 # --- Training.
 
 
-def teach(state, scenes=40):
+def teach(state, scenes=40, first=0):
     """Examples of bright stable and dark unstable objects, two of each scene."""
     store = AttentionStore(state / "attention.db", Health(), SIDE)
     rng = np.random.default_rng(0)
-    for number in range(scenes):
+    for number in range(first, first + scenes):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
@@ -179,11 +248,13 @@ def teach(state, scenes=40):
     store.close()
 
 
-@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path, version):
     teach(tmp_path, scenes=2)
     path = tmp_path / "attention.db"
     with closing(sqlite3.connect(path)) as old:
+        if version < 3:
+            old.execute("DROP TABLE decision")
         old.execute(f"PRAGMA user_version={version}")
     store = AttentionStore(path, Health(), SIDE)
     assert store.example_count == 0
@@ -303,6 +374,34 @@ def test_a_training_that_dies_leaves_the_network_in_use(tmp_path):
     assert progress.state == "failed"
     assert "what was used before stays: the process was killed" in progress.text
     assert stage.train(2)[0] == "network-2"
+
+
+def test_of_a_training_that_was_killed_only_what_it_takes_to_go_on_is_kept(tmp_path):
+    teach(tmp_path)
+    stage = stage_with(state_dir=str(tmp_path))
+    stage.train(1)
+    run_jobs(stage)
+    stage.train(2)
+    engine = stage.engine()()
+    engine.begin(*stage.jobs()[0].arguments)
+    engine.advance()  # and here the node is killed
+    stage.close()
+    networks = tmp_path / "networks"
+    for name in ("candidate.pt", ".candidate.pt.123", ".training-80-80.pt.7", "training-9-9.pt"):
+        (networks / name).write_bytes(b"half of it")
+
+    again = stage_with(state_dir=str(tmp_path))
+    assert {path.name for path in networks.iterdir()} == {"network-1.pt", "training-80-80.pt"}
+    again.train(3)
+    first, *_, last = run_jobs(again)
+    assert first.progress == pytest.approx(25 / 30)
+    assert last.state == "done"
+
+    (networks / "training-80-80.pt").write_bytes(b"of the examples so far")
+    teach(tmp_path, scenes=1, first=40)
+    again.train(4)
+    assert {path.name for path in networks.iterdir()} == {"network-1.pt"}
+    again.close()
 
 
 def test_training_begins_by_itself_after_so_many_examples(tmp_path):
