@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +42,6 @@ class Panel:
         rows: Each series in a row of its own, as an area of values from 0 to 1 under its name.
         lowest: Where the y axis begins; None leaves it to the values.
         highest: Where it ends.
-        legend_below: Whether the legend stands below the diagram, where it covers nothing.
     """
 
     title: str
@@ -53,15 +53,26 @@ class Panel:
     rows: bool = False
     lowest: float | None = None
     highest: float | None = None
-    legend_below: bool = False
 
 
 def write_plot(path: Path, panels: Sequence[Panel]) -> None:
-    """Draws panels into a PNG file: side by side, or below each other if they have rows.
+    """Draws panels into a PNG file.
 
     Raises:
         SceneSenseError: If the file cannot be written.
     """
+    content = io.BytesIO()
+    # No date and no version: the same panels give the same bytes.
+    figure_of(panels).savefig(content, format="png", dpi=100, metadata={"Software": None})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, content.getvalue())
+    except OSError as error:
+        raise SceneSenseError(f"plot '{path}' cannot be written: {error}") from error
+
+
+def figure_of(panels: Sequence[Panel]) -> Any:
+    """The figure of the panels: side by side, or below each other if they have rows."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -70,19 +81,13 @@ def write_plot(path: Path, panels: Sequence[Panel]) -> None:
         figure = Figure(figsize=(12.0, sum(heights)), layout="constrained")
         places = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
     else:
-        figure = Figure(figsize=(6.0 * len(panels), 4.5), layout="constrained")
+        height = 4.5 + _LEGEND_ROW * max(_legend_rows(panel) for panel in panels)
+        figure = Figure(figsize=(_WIDTH * len(panels), height), layout="constrained")
         places = figure.subplots(1, len(panels), squeeze=False)[0]
     FigureCanvasAgg(figure)
     for axes, panel in zip(places, panels, strict=True):
         (_draw_rows if panel.rows else _draw)(axes, panel)
-    content = io.BytesIO()
-    # No date and no version: the same panels give the same bytes.
-    figure.savefig(content, format="png", dpi=100, metadata={"Software": None})
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, content.getvalue())
-    except OSError as error:
-        raise SceneSenseError(f"plot '{path}' cannot be written: {error}") from error
+    return figure
 
 
 def _draw(axes: Any, panel: Panel) -> None:
@@ -109,11 +114,27 @@ def _draw(axes: Any, panel: Panel) -> None:
     axes.set_ylim(panel.lowest, panel.highest)
     axes.grid(axis="y", alpha=0.4)
     axes.set_axisbelow(True)
-    if count > 1 and panel.legend_below:
-        place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15), "ncols": 3}
-        axes.legend(fontsize="small", **place)
-    elif count > 1:
-        axes.legend(fontsize="small")
+    if count > 1:
+        _put_legend_below(axes, _legend_columns(panel))
+
+
+def _put_legend_below(axes: Any, columns: int) -> None:
+    """The legend below the diagram and the words of its x axis, where it covers nothing."""
+    labels = axes.xaxis.get_tightbbox()
+    below = axes.get_window_extent().y0 - labels.y0  # pixels
+    legend = axes.legend(fontsize="small", loc="upper center", ncols=columns)
+    pixels_of_font = legend.get_texts()[0].get_fontsize() * axes.figure.dpi / 72.0
+    legend.borderaxespad = below / pixels_of_font + 0.5
+    legend.set_bbox_to_anchor((0.5, 0.0), axes.transAxes)
+
+
+def _legend_columns(panel: Panel) -> int:
+    longest = max(len(series.name) for series in panel.series)
+    return max(1, min(len(panel.series), int(_WIDTH / (0.5 + 0.07 * longest))))
+
+
+def _legend_rows(panel: Panel) -> int:
+    return 0 if len(panel.series) < 2 else math.ceil(len(panel.series) / _legend_columns(panel))
 
 
 def _draw_rows(axes: Any, panel: Panel) -> None:
@@ -140,5 +161,9 @@ def _draw_rows(axes: Any, panel: Panel) -> None:
         axes.axhline(number, color="0.8", linewidth=0.6, zorder=0)
 
 
+_WIDTH = 6.0
+"""Inches of a diagram."""
+_LEGEND_ROW = 0.2
+"""Inches."""
 _ROW = 0.75
 """Height of a value of 1, where rows are 1 apart."""

@@ -31,6 +31,20 @@ NAMESPACE = "/scenesense"
 NodeT = TypeVar("NodeT")
 
 
+def holds(condition: Callable[[], object], timeout_s: float = 60.0) -> bool:
+    """Waits for what happens in other processes, which nothing but asking tells of.
+
+    Returns:
+        Whether the condition held in time.
+    """
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
 class RosRoom:
     """A ROS context of its own with nodes under one single-threaded executor."""
 

@@ -152,3 +152,8 @@ def scenes(count, seed=0, first=0):
 
 
 _BOX = Box(pose=Pose((0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)), size=(0.1, 0.1, 0.1))
+
+
+def texts(learner):
+    """The learned axioms in words."""
+    return [str(each.axiom) for each in learner.axioms_]

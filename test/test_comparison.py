@@ -4,7 +4,7 @@ import pytest
 
 from ros_scenesense.errors import SceneSenseError
 from ros_scenesense.experiments.comparison import Comparison, Summary
-from ros_scenesense.plots import Panel, Series, write_plot
+from ros_scenesense.plots import Panel, Series, figure_of, write_plot
 
 
 def test_summary_by_students_distribution():
@@ -41,6 +41,22 @@ def test_plots_are_pngs_and_the_same_every_time(tmp_path):
     contents = [path.read_bytes() for path in paths]
     assert contents[0].startswith(b"\x89PNG")
     assert contents[0] == contents[1]
+
+
+def test_legends_cover_nothing():
+    series = [Series(f"a node of the graph {number}", [100.0, 1.0]) for number in range(7)]
+    labels = ["long words", "of the x axis"]
+    panels = [
+        Panel("bars", labels, series),
+        Panel("x", ["0", "1"], series, x_label="s", lines=True),
+    ]
+    figure = figure_of(panels)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        legend = axes.get_legend().get_window_extent()
+        assert legend.y1 <= axes.xaxis.get_tightbbox().y0
+        assert figure.bbox.y0 <= legend.y0
+        assert figure.bbox.x0 <= legend.x0 <= legend.x1 <= figure.bbox.x1
 
 
 def test_a_plot_that_cannot_be_written_is_an_error(tmp_path):

@@ -4,7 +4,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from test_dataset import known, labelled, record_with
+from test_dataset_situations import known, labelled, record_with
 
 from ros_scenesense.errors import DatasetError
 from ros_scenesense.resources import resource

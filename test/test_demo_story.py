@@ -6,6 +6,7 @@ import subprocess
 import sys
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,12 +18,14 @@ from ros_scenesense.demo import told, trace
 from ros_scenesense.demo.clutter import Tidiness
 from ros_scenesense.demo.narrator import Narrator
 from ros_scenesense.demo.record import Image
+from ros_scenesense.demo.session import Session
 from ros_scenesense.demo.story import Chapter, Done, Ended, Learned, Planned, Story
 from ros_scenesense.demo.story_report import StoryEnd, render_story, write_story
 from ros_scenesense.errors import LaunchError
 from ros_scenesense.messages.actions import Plan, PlannedAction, StateLiteral, Transition
 from ros_scenesense.messages.base import Stamp
-from ros_scenesense.messages.learning import Axioms, LearnedAxiom
+from ros_scenesense.messages.learning import Axioms, JobProgress, LearnedAxiom
+from ros_scenesense.messages.reasoning import Knowledge, KnownAxiom
 from ros_scenesense.messages.scenes import Labels, ObjectLabel, Scene, StructureLabel
 from ros_scenesense.scene import Truth
 
@@ -178,6 +181,80 @@ def test_the_story_is_told_in_plain_words():
     assert "learning cycle 1, learned:" in text
     assert "-stable(A) if irregular_below(A).  true of 98%" in text
     assert "no plan: there is no plan" in text
+
+
+def cycle(number, state, at=5, text=""):
+    return JobProgress(
+        stamp=Stamp.of(at),
+        job_id=f"cycle-{number}",
+        node="axiom_learner",
+        state=state,
+        progress=0.5,
+        text=text,
+    )
+
+
+def knowledge(*learned):
+    given = KnownAxiom(id="s1", text="", statement="", kind="normal", origin="given")
+    known = [
+        KnownAxiom(id=each, text="", statement="", kind="normal", origin="learned")
+        for each in learned
+    ]
+    return Knowledge(stamp=Stamp.of(9), revision="r", axioms=[given, *known])
+
+
+LEARNED = MESSAGES[7]
+
+
+class Graph:
+    """Brings one message with every look at a condition, and then nothing more."""
+
+    log_dir = Path("logs")
+
+    def __init__(self, story, messages):
+        self.story, self.messages = story, list(messages)
+
+    def spin_until(self, condition, timeout_s):
+        assert timeout_s > 0
+        while not condition():
+            if not self.messages:
+                return False
+            self.story.take(self.messages.pop(0), 0)
+        return True
+
+
+def session_of(story, messages):
+    node = SimpleNamespace(create_publisher=lambda *_: None)
+    return Session(Graph(story, messages), node, story)
+
+
+def test_the_goal_is_given_again_only_when_what_was_learned_is_in_force():
+    first = [cycle(1, "running"), cycle(1, "done"), LEARNED, knowledge("learned_1")]
+    for needed in (first, [knowledge(), *first], [first[0], LEARNED, first[1], first[3]]):
+        story = Story()
+        session = session_of(story, [*needed, cycle(2, "running")])
+        session.learned()
+        assert session._graph.messages == [cycle(2, "running")]
+        assert [each.cycle for each in story.entries if isinstance(each, Learned)] == [1]
+
+
+@pytest.mark.parametrize(
+    ("messages", "words"),
+    [
+        ([], "the axiom learner did not finish a cycle"),
+        ([cycle(1, "done"), cycle(2, "running"), LEARNED], "did not finish a cycle .* 150 s"),
+        ([cycle(1, "done")], "did not finish a cycle"),
+        ([cycle(1, "failed", text="cycle-1 failed: no memory")], "cycle-1 failed: no memory"),
+        ([cycle(1, "done"), LEARNED], "the reasoner has not put into force .* 20 s"),
+        (
+            [cycle(1, "done"), LEARNED, knowledge("learned_7")],
+            "the reasoner has not put into force",
+        ),
+    ],
+)
+def test_a_cycle_that_does_not_come_ends_the_story_with_the_reason(messages, words):
+    with pytest.raises(LaunchError, match=words):
+        session_of(Story(), messages).learned()
 
 
 def end(**values):

@@ -6,7 +6,7 @@ import pytest
 from ros_scenesense.attention.inputs import pack
 from ros_scenesense.cli import main as cli
 from ros_scenesense.errors import DatasetError
-from ros_scenesense.experiments.estimation import Options, conduct
+from ros_scenesense.experiments.estimation import EstimationOptions, conduct
 from ros_scenesense.experiments.estimation_plans import ESTIMATION, Plan
 from ros_scenesense.experiments.estimation_report import Setting, images_needed, report_on
 from ros_scenesense.experiments.estimation_samples import WAYS, samples_of
@@ -207,4 +207,4 @@ def test_a_dataset_that_is_too_small_is_refused(tmp_path):
     metadata = describe(SimulationConfiguration(), DatasetOptions(count=3))
     generate(tmp_path / "small", metadata)
     with pytest.raises(DatasetError, match="too few"):
-        conduct(Options("scenesense", dataset=tmp_path / "small"), lambda _line: None)
+        conduct(EstimationOptions("scenesense", dataset=tmp_path / "small"), lambda _line: None)

@@ -23,6 +23,7 @@ from ros_scenesense.experiments.grounding_trials import (
     questions_of,
     spoilt,
 )
+from ros_scenesense.experiments.options import Options
 from ros_scenesense.grounding.frames import gravity_axes
 from ros_scenesense.grounding.msr import Source
 from ros_scenesense.plots import write_plot
@@ -168,12 +169,12 @@ def test_real_scenes_are_divided_among_the_sets(monkeypatch, tmp_path):
         lambda _tosd, split, _seed: SCENES[:7] if split == "training" else SCENES[7:],
     )
     lines: list[str] = []
-    options = grounding.Options("x", quick=True, tosd=tmp_path)
+    options = Options("x", quick=True, dataset=tmp_path)
     outcome = grounding.conduct(options, lines.append)
     assert lines[0] == "training: 7 labelled scenes with 7 pairs"
     assert outcome.result.figures[DEFAULT.name] == 100.0
     with pytest.raises(grounding.DatasetError, match="at least 10 and 1"):
-        grounding.conduct(grounding.Options("x", tosd=tmp_path), lines.append)
+        grounding.conduct(Options("x", dataset=tmp_path), lines.append)
 
 
 def test_a_question_may_be_asked_again():

@@ -7,7 +7,8 @@ import pytest
 from box_scenes import Block, render
 
 from ros_scenesense.errors import DatasetError
-from ros_scenesense.experiments.grounding import Options, conduct
+from ros_scenesense.experiments.grounding import conduct
+from ros_scenesense.experiments.options import Options
 from ros_scenesense.experiments.pcd import decompress_lzf, read_pcd
 from ros_scenesense.experiments.relation_labels import RelationLabel, write_labels
 from ros_scenesense.experiments.tosd import Split, Tosd, instances_of_annotation
@@ -278,7 +279,7 @@ def test_the_experiment_on_grounding_runs_on_a_labelled_folder(tmp_path):
     write_labels(tmp_path / "relations.jsonl", labels)
     said = []
     outcome = conduct(
-        Options("scenesense experiment grounding", quick=True, tosd=tmp_path), said.append
+        Options("scenesense experiment grounding", quick=True, dataset=tmp_path), said.append
     )
     assert said[:2] == [
         "training: 12 labelled scenes with 60 pairs",
@@ -290,10 +291,10 @@ def test_the_experiment_on_grounding_runs_on_a_labelled_folder(tmp_path):
     assert figures["distance_combined"] == 100.0
     write_labels(tmp_path / "relations.jsonl", labels[::2])
     with pytest.raises(DatasetError, match="label distances too"):
-        conduct(Options("scenesense experiment grounding", quick=True, tosd=tmp_path), print)
+        conduct(Options("scenesense experiment grounding", quick=True, dataset=tmp_path), print)
 
 
 def test_the_experiment_asks_for_more_labels_if_there_are_too_few(tosd):
     write_labels(tosd / "relations.jsonl", [LEFT])
     with pytest.raises(DatasetError, match=r"0 training and 1 test scenes.*scenesense label"):
-        conduct(Options("scenesense experiment grounding", quick=True, tosd=tosd), print)
+        conduct(Options("scenesense experiment grounding", quick=True, dataset=tosd), print)

@@ -65,6 +65,20 @@ def test_the_oldest_scene_makes_room_and_is_reported():
     assert join.knows("c", "scene")
 
 
+def test_of_bulky_parts_few_wait_and_the_others_do_not_push_them_out():
+    join = SceneJoin(("image", "scene", "relations"), timeout_s=1.0, capacity=256, bulky=("image",))
+    join.add(0, "image", "i", 0)
+    for key in range(1, 201):
+        join.add(key, "scene", "s", 0)
+    assert join.expired(0) == []
+    join.add(0, "scene", "s", 0)
+    assert join.add(0, "relations", "r", 0) == {"image": "i", "scene": "s", "relations": "r"}
+    for key in range(1, 34):
+        join.add(key, "image", "i", 0)
+    assert join.expired(0) == [(1, ["relations"])]
+    assert join.knows(200, "scene")
+
+
 def test_a_join_of_one_part_is_complete_at_once():
     join = SceneJoin(("scene",), timeout_s=1.0)
     assert join.add("a", "scene", 1, 0) == {"scene": 1}

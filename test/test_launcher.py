@@ -1,214 +1,30 @@
-"""The launcher: what it refuses to start, and real processes started, watched and stopped."""
+"""The launcher: its policy of restarts, and real processes started, watched and stopped."""
 
 import contextlib
 import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
-import yaml
-from conftest import Probe
+from conftest import Probe, holds
 from rclpy.node import Node
+from std_msgs.msg import String
 
-from ros_scenesense.cli import launch
-from ros_scenesense.cli.main import main as command
 from ros_scenesense.errors import LaunchError, ParameterError
 from ros_scenesense.launcher import Graph, GraphOptions
 from ros_scenesense.launcher import graph as launcher_graph
 from ros_scenesense.launcher import process as launcher_process
-from ros_scenesense.launcher.parameter_values import parameter_values, write_parameter_values
 from ros_scenesense.launcher.process import NodeProcess, stop_all
 from ros_scenesense.messages.attention import Estimates
+from ros_scenesense.messages.base import Stamp
+from ros_scenesense.messages.codec import encode
 from ros_scenesense.messages.grounding import Groundings
 from ros_scenesense.messages.health import Heartbeat
 from ros_scenesense.nodes.registry import DEFAULT_NODES
-
-# What is refused before anything starts
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"nodes": ("camera",)}, "node 'camera' is unknown"),
-        ({"namespace": "/a b"}, "namespace '/a b'"),
-        ({"domain_id": 400}, "from 0 to 232"),
-        ({"discovery": "MOON"}, "LOCALHOST, SUBNET"),
-        ({"remaps": ("camera/color/image_raw",)}, "must be written FROM:=TO"),
-        ({"remaps": ("camera/color/image_raw:=/a b",)}, "remapping 'camera/color/image_raw:=/a b'"),
-        ({"silence_s": 0.1}, "at least 1"),
-        ({"silence_s": float("nan")}, "at least 1"),
-    ],
-)
-def test_wrong_options_are_one_line(options, said):
-    with pytest.raises(ParameterError) as refused:
-        GraphOptions(**options)
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "said"),
-    [
-        ({"simulated_camera": {"in_flight": "0"}}, "an integer from 1 to 32"),
-        ({"simulated_camera": {"in_flite": "2"}}, "'in_flite' is unknown, known are: arrangement"),
-        ({"moon": {"phase": "1"}}, "node 'moon' is not started"),
-    ],
-)
-def test_wrong_overrides_name_node_parameter_and_range(overrides, said):
-    with pytest.raises(ParameterError, match=r"simulated_camera|moon") as refused:
-        Graph(GraphOptions(overrides=overrides))
-    assert said in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("{", "cannot be read"),
-        ("- 1", "section"),
-        ("grounding: 5", "'grounding' must hold 'ros__parameters'"),
-        ("/**/grounding: {ros__parameters: {min_pts: 5}}", "'min_pts' is unknown"),
-        ("/**/grounding: {ros__parameters: {min_points: -5}}", "an integer of at least 1"),
-        ("/**/grounding: {ros__parameters: {min_points: [5]}}", "an integer of at least 1"),
-    ],
-)
-def test_wrong_params_files_are_one_line(tmp_path, text, said):
-    file = tmp_path / "params.yaml"
-    file.write_text(text)
-    with pytest.raises(ParameterError) as refused:
-        parameter_values(GraphOptions(parameters_file=file))
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_a_missing_params_file_is_named(tmp_path):
-    with pytest.raises(ParameterError, match=r"nowhere\.yaml"):
-        parameter_values(GraphOptions(parameters_file=tmp_path / "nowhere.yaml"))
-
-
-# Which values the nodes get
-
-
-@pytest.mark.parametrize(
-    ("key", "matches"),
-    [
-        ("grounding", True),
-        ("/**/grounding", True),
-        ("/**", True),
-        ("/room/grounding", True),
-        ("/room/*", True),
-        ("/*/grounding", True),
-        ("/grounding", False),
-        ("/*", False),
-        ("/other/grounding", False),
-        ("/room/grounding_control", False),
-    ],
-)
-def test_sections_are_found_by_the_wildcards_of_ros(tmp_path, key, matches):
-    file = tmp_path / "params.yaml"
-    file.write_text(yaml.safe_dump({key: {"ros__parameters": {"seed": 9}}}))
-    options = GraphOptions(nodes=("grounding",), namespace="/room", parameters_file=file)
-    assert parameter_values(options)["grounding"].get("seed") == (9 if matches else None)
-
-
-def test_overrides_beat_the_state_folder_and_both_the_file(tmp_path):
-    file = tmp_path / "params.yaml"
-    file.write_text(
-        "simulated_camera:\n"
-        "  ros__parameters: {seed: 1, scenes: 2, state_dir: /a, use_sim_time: true}\n"
-    )
-    options = GraphOptions(
-        nodes=("simulated_camera",),
-        parameters_file=file,
-        state_dir=tmp_path / "state",
-        overrides={"simulated_camera": {"seed": "7", "resend_s": "3", "session": "mine"}},
-    )
-    values = parameter_values(options)["simulated_camera"]
-    expected = {"seed": 7, "scenes": 2, "resend_s": 3.0, "session": "mine", "use_sim_time": True}
-    assert values == {**expected, "state_dir": str(tmp_path / "state")}
-    assert isinstance(values["resend_s"], float)
-
-
-def test_every_node_that_remembers_gets_the_state_folder(tmp_path):
-    values = parameter_values(GraphOptions(state_dir=tmp_path))
-    for node in ("simulated_camera", "grounding", "grounding_control"):
-        assert values[node]["state_dir"] == str(tmp_path)
-
-
-def test_every_graph_has_a_session_of_its_own():
-    options = GraphOptions(nodes=("simulated_camera",))
-    sessions = {parameter_values(options)["simulated_camera"]["session"] for _ in range(3)}
-    assert len(sessions) == 3
-    assert all(sessions)
-
-
-def test_written_values_are_keyed_by_full_names(tmp_path):
-    options = GraphOptions(nodes=("grounding",), namespace="/room")
-    write_parameter_values(tmp_path / "out.yaml", options, {"grounding": {"seed": 3}})
-    written = yaml.safe_load((tmp_path / "out.yaml").read_text())
-    assert written == {"/room/grounding": {"ros__parameters": {"seed": 3}}}
-
-
-def test_environment_keeps_what_the_user_set(monkeypatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
-    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/mine.xml")
-    kept = GraphOptions().environment()
-    assert kept["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
-    assert kept["FASTRTPS_DEFAULT_PROFILES_FILE"] == "/mine.xml"
-    assert "ROS_DOMAIN_ID" not in kept
-    asked = GraphOptions(discovery="LOCALHOST", domain_id=7).environment()
-    assert (asked["ROS_AUTOMATIC_DISCOVERY_RANGE"], asked["ROS_DOMAIN_ID"]) == ("LOCALHOST", "7")
-    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE")
-    shipped = GraphOptions().environment()
-    assert shipped["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-    assert shipped["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("fastdds_profile.xml")
-
-
-def test_only_the_newest_logs_are_kept(monkeypatch, tmp_path):
-    monkeypatch.setattr(launcher_graph.platformdirs, "user_log_path", lambda *_, **__: tmp_path)
-    for number in range(20):
-        (tmp_path / f"launch-2000010{number:02d}").mkdir()
-    (tmp_path / "mine").mkdir()
-    with Graph(GraphOptions(nodes=())) as graph:
-        assert graph.log_dir.parent == tmp_path
-    left = sorted(path.name for path in tmp_path.iterdir())
-    assert len(left) == launcher_graph.KEPT_LOGS + 1
-    assert graph.log_dir.name in left
-    assert "mine" in left
-    assert "launch-200001000" not in left
-
-
-def test_overrides_of_the_command_line():
-    assert launch.parse_overrides(["a.x=1", "a.y=b=c", "b.z="]) == {
-        "a": {"x": "1", "y": "b=c"},
-        "b": {"z": ""},
-    }
-    for wrong in ("a.x", "x=1", "=1", "a.=1"):
-        with pytest.raises(ParameterError, match=r"node\.parameter=value"):
-            launch.parse_overrides([wrong])
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["-p", "simulated_camera.in_flight=0"], "an integer from 1 to 32"),
-        (["-p", "nonsense"], "node.parameter=value"),
-        (["--nodes", "camera"], "node 'camera' is unknown"),
-        (["--domain-id", "999"], "from 0 to 232"),
-        (["--silence", "0"], "silence is 0 s, must be a number of at least 1"),
-        (["--params", "/no/such.yaml"], "/no/such.yaml"),
-    ],
-)
-def test_wrong_command_lines_end_with_one_line_and_exit_code_2(capfd, words, said):
-    assert command(["launch", *words]) == 2
-    error = capfd.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-
 
 # The policy of restarts, without processes
 
@@ -230,6 +46,83 @@ def test_delays_double_and_too_many_deaths_end_it(monkeypatch, tmp_path):
     assert node.plan_restart() == 0.1
 
 
+@pytest.fixture
+def watched(monkeypatch, tmp_path):
+    """A launcher that hears only what a test lets it hear, with one node: clock, graph, node.
+
+    The node is a process that sleeps; `passes` is what each of the launcher's looks takes.
+    """
+    clock = Clock()
+    for module in (launcher_graph, launcher_process):
+        monkeypatch.setattr(module, "time", clock)
+    reports: list[str] = []
+    graph = Graph(GraphOptions(nodes=(), log_dir=tmp_path, silence_s=10.0), reports.append)
+    graph.reports = reports
+    graph.passes = 0.1
+
+    def spin_once(timeout_sec: float) -> None:
+        assert timeout_sec == 0.1
+        clock.now += graph.passes
+
+    graph.executor = SimpleNamespace(spin_once=spin_once)
+    graph._started = graph._polled = clock.now
+    node = graph.nodes["reasoner"] = NodeProcess("reasoner", [], dict(os.environ), tmp_path / "log")
+    node._command = [sys.executable, "-c", "import time; time.sleep(600)"]
+    graph._start(node)
+    hear(graph, "reasoner", node.pid)
+    yield clock, graph, node
+    node.kill()
+    node.wait(20.0)
+
+
+def hear(graph, name: str, process_id: int) -> None:
+    heartbeat = Heartbeat(
+        stamp=Stamp.of(0), node=name, process_id=process_id, ready=True, warm=True, counters={}
+    )
+    graph._hear(String(data=encode(heartbeat).decode()))
+
+
+@pytest.mark.parametrize("in_a_callback", [True, False])
+def test_nobody_is_silent_while_the_launcher_is_busy(watched, in_a_callback):
+    clock, graph, node = watched
+    for _ in range(5):
+        graph.passes = 15.0 if in_a_callback else 0.1
+        clock.now += 0.0 if in_a_callback else 15.0
+        graph.poll()
+        assert node.exit_code is None
+    graph.passes = 0.1
+    for _ in range(80):  # 8 s, of the 10 that are too many
+        graph.poll()
+    assert not any("gave no sign of life" in line for line in graph.reports)
+    for _ in range(30):
+        graph.poll()
+    assert any("reasoner gave no sign of life for 10 s" in line for line in graph.reports)
+
+
+def test_time_in_which_nobody_listened_is_no_credit(watched):
+    _, _, node = watched
+    node.excuse(1000.0)
+    assert node.silent_s == 0.0
+
+
+def test_of_strangers_each_is_told_once_and_not_without_end(watched):
+    _, graph, node = watched
+    graph.reports.clear()
+    before = node.pid
+    node.kill()
+    node.wait(20.0)
+    graph._start(node)
+    for process_id in (before, node.pid):
+        hear(graph, "reasoner", process_id)
+    hear(graph, "somebody", 1)
+    assert not any("somebody else" in line for line in graph.reports)
+    for process_id in range(2_000_000, 2_000_100):
+        hear(graph, "reasoner", process_id)
+        hear(graph, "reasoner", process_id)
+    told = [line for line in graph.reports if "somebody else" in line]
+    assert len(told) == len(set(told)) == launcher_graph._STRANGERS
+
+
 def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch, tmp_path):
     script = (
         "import signal, subprocess, sys, time\n"
@@ -248,16 +141,6 @@ def test_a_process_that_ignores_requests_is_killed_with_its_children(monkeypatch
     stop_all([node])
     assert node.exit_code == -signal.SIGKILL
     assert holds(lambda: not is_running(child))
-
-
-def holds(condition, timeout_s: float = 20.0) -> bool:
-    """Waits for a condition on processes, which nothing but asking tells of."""
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def is_running(pid: int) -> bool:

@@ -17,7 +17,7 @@ from ros_scenesense.nodes.reasoner import ReasonerNode
 from ros_scenesense.nodes.simulated_camera import SimulatedCameraNode
 
 
-def test_from_scenes_to_examples_to_a_network_that_decides(ros_room, tmp_path):
+def test_from_scenes_to_examples_to_a_network_that_decides_after_a_restart_too(ros_room, tmp_path):
     probe = ros_room.probe()
     estimates, rois = probe.collect(Estimates), probe.collect(Rois)
     examples, progress = probe.collect(Examples), probe.collect(JobProgress)
@@ -61,3 +61,16 @@ def test_from_scenes_to_examples_to_a_network_that_decides(ros_room, tmp_path):
         each.occluded.source for item in estimates for each in item.objects
     }
     assert msgspec.structs.asdict(estimates[0])["network_revision"] is None
+
+    ros_room.remove(attention)
+    again = ros_room.add(AttentionNode, network="none", join_timeout_s=2.0, state_dir=str(tmp_path))
+    more = probe.node.create_client(Trigger, "next_scene")
+    assert ros_room.wait_for(more.service_is_ready)
+    assert ros_room.wait_for(more.call_async(Trigger.Request()).done)
+    # The old scenes come again with all but their images, which nobody shows.
+    assert ros_room.wait_for(
+        lambda: len(estimates) > 8 and again.health.counters["scenes_decided_before"] == 8,
+        timeout_s=60.0,
+    ), again.health.counters
+    assert len({each.scene_id for each in estimates}) == len(estimates) == 9
+    assert estimates[-1].network_revision == progress[-1].job_id

@@ -9,7 +9,8 @@ import time
 from collections import Counter
 
 import pytest
-from two_hosts import holds, two_hosts, why_not
+from conftest import holds
+from two_hosts import two_hosts, why_not
 
 REASON = why_not()
 pytestmark = pytest.mark.skipif(REASON is not None, reason=REASON or "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from test_stage_reasoner import STAMP, TOWER, feed, objects, one, problems, relations, scene, stage
+from reasoner_samples import STAMP, TOWER, feed, objects, one, problems, relations, scene, stage
 
 from ros_scenesense.messages.codec import decode, encode
 from ros_scenesense.messages.learning import Axioms, LearnedAxiom

@@ -130,6 +130,26 @@ def test_an_export_is_taken_over_elsewhere_with_all_that_was_learned(tmp_path):
     store.close()
 
 
+def test_a_checkpoint_that_goes_while_it_is_exported_is_left_out(state, tmp_path, monkeypatch):
+    for name in ("training-1-1.pt", "candidate.pt"):
+        (state / "networks" / name).write_bytes(b"under way")
+    copy = shutil.copyfile
+
+    def copy_late(source: Path, target: Path) -> Path:
+        if source.name == "training-1-1.pt":
+            source.unlink()
+        copied = copy(source, target)
+        source.write_bytes(b"already another one")
+        return copied
+
+    monkeypatch.setattr(shutil, "copyfile", copy_late)
+    exported = export_state(state, tmp_path / "state.zip")
+    networks = {name for name in exported.files if name.startswith("networks/")}
+    assert networks == {f"networks/{NETWORK}.pt", "networks/candidate.pt"}
+    import_state(tmp_path / "state.zip", tmp_path / "other")
+    assert (tmp_path / "other" / "networks" / "candidate.pt").read_bytes() == b"under way"
+
+
 def test_an_export_is_made_while_nodes_write(state, tmp_path):
     learner = LearnerStore(state / "learner.db", Health(), 10)
     learner.finish_cycle(changes_of_cycle(LearningReport(), learner, ()), (), 500 * SECOND)

@@ -7,8 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 ADDRESSES = {"a": "198.18.7.1/24", "b": "198.18.7.2/24"}
@@ -79,16 +78,6 @@ def two_hosts() -> Iterator[TwoHosts]:
     finally:
         for name in names.values():
             _ip("netns", "delete", name)
-
-
-def holds(condition: Callable[[], object], timeout_s: float = 60.0) -> bool:
-    """Waits for a condition outside this process; returns whether it held in time."""
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.05)
-    return True
 
 
 def _ip(*words: str) -> str:

@@ -7,12 +7,12 @@ import time
 import uuid
 from pathlib import Path
 
-import platformdirs
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ros_scenesense.cli.launch import add_domain_arguments, add_timeout_argument
+from ros_scenesense.cli.console import plain_console
+from ros_scenesense.cli.launch import add_domain_arguments, add_state_argument, add_timeout_argument
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.stages.learner_store import (
     Event,
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name != "list":
             count = None if name == "show" else "?"
             action.add_argument("axiom", metavar="ID", nargs=count, help="id of the axiom")
-        _add_state(action)
+        add_state_argument(action)
         if name == "list":
             action.add_argument("--all", action="store_true", help="also those of before")
     for name, words in (
@@ -55,16 +55,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action = actions.add_parser(name, help=words, description=words)
         action.add_argument("axiom", metavar="ID", help="id of the axiom")
         action.add_argument("--offline", action="store_true", help="no graph runs")
-        _add_state(action)
+        add_state_argument(action)
         add_domain_arguments(action)
         add_timeout_argument(action)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints what was asked, or passes a request on."""
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, soft_wrap=True, width=200)
+    console = plain_console()
     if arguments.action in ("pin", "veto", "accept"):
         outcome, reason = _request(arguments)
         console.print(_printable(f"{outcome}: {reason}"))
@@ -144,16 +142,6 @@ def _known(contents: LearnerContents, name: str) -> StoredAxiom:
         names = ", ".join(each.id for each in contents.axioms) or "none"
         raise ParameterError(f"there is no learned axiom {name!r}; known: {names}")
     return found
-
-
-def _add_state(action: argparse.ArgumentParser) -> None:
-    action.add_argument(
-        "--state",
-        type=Path,
-        metavar="DIR",
-        default=platformdirs.user_state_path("scenesense", appauthor=False),
-        help="state folder of the graph (default: %(default)s)",
-    )
 
 
 def _file(arguments: argparse.Namespace) -> Path:

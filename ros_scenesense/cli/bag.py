@@ -8,12 +8,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import platformdirs
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ros_scenesense.cli.launch import add_domain_arguments, stop_requests
+from ros_scenesense.cli.console import plain_console
+from ros_scenesense.cli.launch import add_domain_arguments, add_state_argument, stop_requests
 from ros_scenesense.errors import BagError, ParameterError
 from ros_scenesense.nodes.registry import RECORDER
 
@@ -50,9 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Does what was asked."""
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, soft_wrap=True, width=200)
+    console = plain_console()
     return {"record": _record, "info": _info, "repair": _repair, "play": _play}[arguments.action](
         arguments, console
     )
@@ -70,13 +68,8 @@ def _add_record(action: argparse.ArgumentParser) -> None:
     )
     action.add_argument("--storage", metavar="FORMAT", default="mcap", help="mcap or sqlite3")
     action.add_argument("--compress", action="store_true", help="compress the chunks of mcap")
-    action.add_argument(
-        "--state",
-        type=Path,
-        metavar="DIR",
-        default=platformdirs.user_state_path("scenesense", appauthor=False),
-        help="state folder of the graph, of which the bag gets a copy (default: %(default)s)",
-    )
+    words = "state folder of the graph, of which the bag gets a copy"
+    add_state_argument(action, words)
     add_domain_arguments(action)
 
 

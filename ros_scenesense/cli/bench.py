@@ -13,6 +13,7 @@ from rich.text import Text
 
 from ros_scenesense.bench.figure import BenchOptions
 from ros_scenesense.bench.suite import run_suite
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter
 from ros_scenesense.results import Result, Table, text_of, write_result
@@ -42,9 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
             f"parameter 'json' is '{path}', must be a file name that ends in .json"
         )
     options = BenchOptions(seed=int(seed), quick=arguments.quick)
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=140)
+    console = console_of(140)
     result = run_suite(options, _command(options, path), console.print)
     show(result, console)
     if path is not None:

@@ -23,6 +23,7 @@ from rich.progress import (
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.cli.declared import add_declared, given
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
@@ -192,7 +193,7 @@ def _stats(arguments: argparse.Namespace) -> int:
     again = label_agreement((reader.record(index) for index in chosen), reader.metadata.seed)
     if again.share is not None:
         figures["label_agreement"] = round(again.share, 4)
-    console = _console()
+    console = console_of(120)
     for title, (columns, rows) in found.tables.items():
         table = RichTable(*columns, title=title, title_justify="left")
         for row in rows:
@@ -268,8 +269,3 @@ def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
             progress.update(task, completed=done)
 
         yield report
-
-
-def _console() -> Console:
-    console = Console()
-    return console if console.is_terminal else Console(width=120)

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from rich.console import Console
 
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.cli.launch import add_overrides_argument, parse_overrides
 from ros_scenesense.demo.run import LEARNING_SCENES, Demo, DemoOptions, show_result
 from ros_scenesense.demo.told import STORIES, StoryOptions, tell
@@ -110,8 +111,7 @@ def _console() -> Console:
     if reconfigure is not None:
         # A terminal that knows no check mark gets a question mark, not a traceback.
         reconfigure(errors="replace")
-    console = Console()
-    return console if console.is_terminal else Console(width=100)
+    return console_of(100)
 
 
 def _interrupt(_signal: int, _frame: object) -> None:

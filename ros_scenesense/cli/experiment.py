@@ -10,14 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.parameters import Parameter
 
 if TYPE_CHECKING:
-    from ros_scenesense.experiments.axioms import Options as LearningOptions
+    from ros_scenesense.experiments.options import Options
 
 _EPILOG = """\
 Figures of a full run are in docs/results/, with the command that made them.
@@ -77,9 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     path: Path | None = arguments.out
     if path is not None and path.suffix != ".json":
         raise ParameterError(f"--out is '{path}', must be a file name that ends in .json")
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    console = console_of(160)
     conduct = {
         "grounding": _grounding,
         "axioms": _axioms,
@@ -100,45 +97,36 @@ def run(arguments: argparse.Namespace) -> int:
 def _grounding(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
     from ros_scenesense.experiments import grounding
 
-    return grounding.conduct(
-        grounding.Options(
-            command=_command(),
-            seed=int(_SEED.check(arguments.seed)),
-            quick=arguments.quick,
-            jobs=_jobs(arguments),
-            tosd=arguments.tosd,
-        ),
-        say,
-    )
+    return grounding.conduct(_options(arguments, arguments.tosd), say)
 
 
 def _axioms(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
     from ros_scenesense.experiments import axioms
 
-    return axioms.conduct(_learning_options(arguments), say)
+    return axioms.conduct(_options(arguments, arguments.dataset), say)
 
 
 def _forgetting(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
     from ros_scenesense.experiments import forgetting
 
-    return forgetting.conduct(_learning_options(arguments), say)
+    return forgetting.conduct(_options(arguments, arguments.dataset), say)
 
 
 def _planning(arguments: argparse.Namespace, say: Callable[[str], None]) -> Outcome:
     from ros_scenesense.experiments import planning
 
-    return planning.conduct(_learning_options(arguments), say)
+    return planning.conduct(_options(arguments, arguments.dataset), say)
 
 
-def _learning_options(arguments: argparse.Namespace) -> LearningOptions:
-    from ros_scenesense.experiments.axioms import Options
+def _options(arguments: argparse.Namespace, dataset: Path | None) -> Options:
+    from ros_scenesense.experiments.options import Options
 
     return Options(
         command=_command(),
         seed=int(_SEED.check(arguments.seed)),
         quick=arguments.quick,
         jobs=_jobs(arguments),
-        dataset=arguments.dataset,
+        dataset=dataset,
     )
 
 
@@ -148,13 +136,9 @@ def _estimation(arguments: argparse.Namespace, say: Callable[[str], None]) -> Ou
     backgrounds = arguments.experiment == "backgrounds"
     conduct = estimation_backgrounds.conduct if backgrounds else estimation.conduct
     return conduct(
-        estimation.Options(
-            command=_command(),
+        estimation.EstimationOptions(
+            **vars(_options(arguments, arguments.dataset)),
             experiment=arguments.experiment,
-            seed=int(_SEED.check(arguments.seed)),
-            quick=arguments.quick,
-            jobs=_jobs(arguments),
-            dataset=arguments.dataset,
             scenes=int(_SCENES.check(arguments.scenes)),
             network=arguments.network,
             schedule=arguments.schedule,

@@ -6,11 +6,11 @@ import argparse
 import math
 from pathlib import Path
 
-import platformdirs
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ros_scenesense.cli.launch import add_state_argument
 from ros_scenesense.scene import Distance, Position
 
 _EPILOG = """\
@@ -25,13 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show = actions.add_parser(
         "show", help="draw the learned histograms", description=__doc__, epilog=_EPILOG
     )
-    show.add_argument(
-        "--state",
-        type=Path,
-        metavar="DIR",
-        default=platformdirs.user_state_path("scenesense", appauthor=False),
-        help="folder that the nodes remember in (default: %(default)s)",
-    )
+    add_state_argument(show)
     show.add_argument(
         "--out", type=Path, metavar="FILE", required=True, help="the picture, a PNG file"
     )

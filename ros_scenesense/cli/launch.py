@@ -33,13 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=list(DEFAULT_NODES),
         help=f"start only these: {', '.join(NODES)}",
     )
-    parser.add_argument(
-        "--state",
-        type=Path,
-        metavar="DIR",
-        default=platformdirs.user_state_path("scenesense", appauthor=False),
-        help="folder that the nodes remember in (default: %(default)s)",
-    )
+    add_state_argument(parser)
     parser.add_argument(
         "--record",
         nargs="?",
@@ -108,6 +102,19 @@ def add_domain_arguments(parser: argparse.ArgumentParser) -> None:
         "--discovery",
         metavar="RANGE",
         help="LOCALHOST or SUBNET (default: ROS_AUTOMATIC_DISCOVERY_RANGE, else LOCALHOST)",
+    )
+
+
+def add_state_argument(
+    parser: argparse.ArgumentParser, words: str = "state folder of the graph"
+) -> None:
+    """Declares where the nodes remember: for all that start them, or look at what they know."""
+    parser.add_argument(
+        "--state",
+        type=Path,
+        metavar="DIR",
+        default=platformdirs.user_state_path("scenesense", appauthor=False),
+        help=f"{words} (default: %(default)s)",
     )
 
 

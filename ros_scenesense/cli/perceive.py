@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import msgspec
-from rich.console import Console
 
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.errors import ParameterError, SceneSenseError
 
 _EPILOG = """\
@@ -71,9 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(content.decode())
     else:
-        console = Console()
-        if not console.is_terminal:
-            console = Console(width=140)
+        console = console_of(140)
         for part in listing(found.report):
             console.print(part)
     for problem in found.report.problems:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.cli.declared import add_declared, value_of
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter, build, parameters_of
@@ -59,9 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     scene = _scene_of(arguments)
     write_picture(draw_scene(scene), arguments.out)
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=120)
+    console = console_of(120)
     for table in _tables(scene):
         console.print(table)
     console.print(f"written: {arguments.out}", soft_wrap=True)

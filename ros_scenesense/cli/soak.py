@@ -10,9 +10,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
-
 from ros_scenesense.cli.bench import show
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.demo.domains import LAST_DOMAIN
 from ros_scenesense.errors import ParameterError
 from ros_scenesense.parameters import Parameter
@@ -79,9 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ros_scenesense.reliability.soak import outcome_of, panels_of, soak
     from ros_scenesense.reliability.trial import TrialOptions
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=140)
+    console = console_of(140)
 
     def report(line: str) -> None:
         console.print(f"{time.strftime('%X')} {line}", markup=False, highlight=False)

@@ -8,11 +8,12 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
-import platformdirs
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ros_scenesense.cli.console import plain_console
+from ros_scenesense.cli.launch import add_state_argument
 from ros_scenesense.errors import ParameterError, StateError
 from ros_scenesense.nodes.registry import NODES
 
@@ -53,20 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             action.add_argument(
                 "nodes", nargs="*", metavar="NODE", help="only these (default: all)"
             )
-        action.add_argument(
-            "--state",
-            type=Path,
-            metavar="DIR",
-            default=platformdirs.user_state_path("scenesense", appauthor=False),
-            help="state folder of the graph (default: %(default)s)",
-        )
+        add_state_argument(action)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Does what was asked."""
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, soft_wrap=True, width=200)
+    console = plain_console()
     folder = arguments.state.expanduser()
     if arguments.action in ("show", "export", "check") and not folder.is_dir():
         raise StateError(f"there is no state folder {folder}: nodes that ran with it would make it")

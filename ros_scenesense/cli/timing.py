@@ -11,9 +11,9 @@ from typing import TextIO
 
 import numpy as np
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
+from ros_scenesense.cli.console import console_of
 from ros_scenesense.cli.launch import add_domain_arguments
 from ros_scenesense.errors import ParameterError, SceneSenseError
 
@@ -53,9 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Listens or reads, then prints the table."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=120)
+    console = console_of(120)
     if arguments.file is not None:
         if arguments.csv is not None:
             raise ParameterError("--csv writes what is heard: leave it out to read a file")

@@ -94,13 +94,18 @@ class Session:
         return self._scene_but(old)
 
     def learned(self) -> None:
-        """Waits until the learner has finished all cycles that it began."""
+        """Waits until the learner has finished all cycles that it began, and the reasoner knows.
 
-        def is_idle() -> bool:
-            states = [each.state for each in self._story.progress.values()]
-            return "done" in states and "running" not in states
-
-        self._wait(is_idle, _CYCLE_S, "the axiom learner did not finish a cycle")
+        Raises:
+            LaunchError: If a cycle fails, or none is finished in time.
+        """
+        story = self._story
+        over = "the axiom learner did not finish a cycle (topic job_progress)"
+        self._wait(lambda: story.cycles_are_over or story.failed_cycle, _CYCLE_S, over)
+        if story.failed_cycle is not None:
+            raise LaunchError(f"nothing was learned: {story.failed_cycle}")
+        words = "the reasoner has not put into force what was learned (topic knowledge)"
+        self._wait(lambda: story.is_in_force, _SERVICE_S, words)
 
     def _scene_but(self, old: str) -> SceneRecord:
         """The newest scene, once it is another one than the old one."""

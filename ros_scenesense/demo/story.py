@@ -111,9 +111,8 @@ class Story:
     Attributes:
         run: The scenes, their images, and all else that every report shows.
         entries: What happened, in order.
-        axioms: The learned axioms in force.
+        axioms: The learned axioms, as the learner said them last.
         cycle: Learning cycles so far.
-        progress: The latest word of every job by its id.
     """
 
     def __init__(self, told: Callable[[Entry], None] = lambda _entry: None) -> None:
@@ -121,7 +120,8 @@ class Story:
         self.entries: list[Entry] = []
         self.axioms: list[LearnedAxiom] = []
         self.cycle = 0
-        self.progress: dict[str, JobProgress] = {}
+        self._cycles: dict[str, JobProgress] = {}
+        self._learned_at_ns = 0
         self._told = told
         self._known: set[str] = set()
         self._waiting: list[Plan] = []
@@ -137,8 +137,8 @@ class Story:
                 self._take_transition(item)
             case Axioms():
                 self._take_axioms(item)
-            case JobProgress():
-                self.progress[item.job_id] = item
+            case JobProgress(node="axiom_learner"):
+                self._cycles[item.job_id] = item
             case _:
                 self.run.take(item, now_ns)
                 if self._waiting and isinstance(item, Scene):
@@ -148,6 +148,27 @@ class Story:
         """Adds an entry."""
         self.entries.append(entry)
         self._told(entry)
+
+    @property
+    def failed_cycle(self) -> str | None:
+        """Why a learning cycle failed; None if none did."""
+        return next((each.text for each in self._cycles.values() if each.state == "failed"), None)
+
+    @property
+    def cycles_are_over(self) -> bool:
+        """Whether the learner has finished all cycles that it began, and has said what it learned.
+
+        The end of a cycle and its axioms are said on two topics, with one stamp.
+        """
+        ends = [each.stamp.nanoseconds for each in self._cycles.values() if each.state != "running"]
+        return 0 < len(ends) == len(self._cycles) and max(ends) <= self._learned_at_ns
+
+    @property
+    def is_in_force(self) -> bool:
+        """Whether the reasoner knows of the learned axioms exactly those that there are now."""
+        known = self.run.knowledge
+        learned = {each.id for each in known.axioms if each.origin == "learned"} if known else set()
+        return learned == {each.id for each in self.axioms}
 
     def attempts(self) -> list[Attempt]:
         """The goals, in the order in which they were given."""
@@ -198,6 +219,7 @@ class Story:
 
     def _take_axioms(self, message: Axioms) -> None:
         self.axioms = message.axioms
+        self._learned_at_ns = message.stamp.nanoseconds
         new = tuple(each for each in message.axioms if each.id not in self._known)
         self._known |= {each.id for each in message.axioms}
         if message.cycle > self.cycle:

@@ -26,6 +26,7 @@ from ros_scenesense.experiments.axioms_scenes import (
     read_records,
     withheld_ids,
 )
+from ros_scenesense.experiments.options import Options, dataset_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.knowledge.description import SystemDescription
 from ros_scenesense.learning.covering_learner import CoveringLearner
@@ -39,25 +40,6 @@ _RULED = 1_000_000
 
 FEEDBACKS = 28
 """Pairs of each set of which a person says how they lie, as in the experiment on grounding."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How the experiment is run.
-
-    Attributes:
-        command: The command line, for the result.
-        seed: Of everything that is drawn.
-        quick: Few and small sets, to see that it runs.
-        jobs: Worker processes.
-        dataset: Folder of labelled scenes; None simulates them.
-    """
-
-    command: str
-    seed: int = 0
-    quick: bool = False
-    jobs: int = 1
-    dataset: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -99,20 +81,14 @@ def conduct(options: Options, say: Callable[[str], None]) -> Outcome:
         DatasetError: If the dataset is not there or has too few scenes.
     """
     plan = QUICK if options.quick else Plan()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = options.dataset
-        if folder is None:
-            folder = Path(scratch) / "dataset"
-            simulate(folder, plan.needed, options, say)
+    with tempfile.TemporaryDirectory() as state, dataset_of(options, plan.needed, say) as folder:
         records = read_records(folder, plan.needed)
         description = domain()
         exact = ExactScenes(description)
         whole = exact.read(records)
         ruled = exact.ruled(records, whole, np.random.default_rng([options.seed, _RULED]))
         say(f"{len(records)} scenes read")
-        noisy, unseen = grounded_scenes(
-            folder, plan.sets * plan.scenes, Path(scratch) / "state", say
-        )
+        noisy, unseen = grounded_scenes(folder, plan.sets * plan.scenes, Path(state), say)
     runs: list[Run] = []
     slacks = []
     judges = {
@@ -204,18 +180,3 @@ def _examples(scenes: Scenes, numbers: Sequence[int]) -> dict[str, list[Example]
         fluent: [each for number in numbers for each in several[number]]
         for fluent, several in scenes.items()
     }
-
-
-def simulate(folder: Path, count: int, options: Options, say: Callable[[str], None]) -> None:
-    """Simulates the scenes of an experiment."""
-    from ros_scenesense.simulation.dataset.generation import generate
-    from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
-    from ros_scenesense.simulation.engine import SimulationConfiguration
-
-    metadata = describe(SimulationConfiguration(), DatasetOptions(count=count, seed=options.seed))
-
-    def report(done: int, whole: int) -> None:
-        if done % 200 == 0:
-            say(f"{done} of {whole} scenes simulated")
-
-    generate(folder, metadata, options.jobs, report)

@@ -11,8 +11,7 @@ from __future__ import annotations
 import tempfile
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -28,27 +27,22 @@ from ros_scenesense.experiments.estimation_report import Setting, report_on
 from ros_scenesense.experiments.estimation_samples import WAYS
 from ros_scenesense.experiments.estimation_scenes import SEGMENTED, look_at
 from ros_scenesense.experiments.estimation_trials import Trial, Tried, kept_trial, numbers_of
+from ros_scenesense.experiments.options import Options, dataset_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.results import write_atomically
-from ros_scenesense.simulation.dataset.metadata import DatasetOptions, describe
-from ros_scenesense.simulation.engine import SimulationConfiguration
 
 _PLANS = {"estimation": ESTIMATION, "samples": SAMPLES}
 SCENES_PER_FILE = 100
 
 
 @dataclass(frozen=True)
-class Options:
-    """How an experiment is run.
+class EstimationOptions(Options):
+    """How an experiment on estimation is run.
 
     Attributes:
-        command: The command line, for the result.
         experiment: `estimation`, `samples` or `backgrounds`.
-        seed: Of everything that is drawn.
-        quick: Few scenes and trials, to see that it runs.
-        jobs: Worker processes.
-        dataset: Folder of a dataset; None simulates one.
-        scenes: How many scenes of it to use, the first ones; 0 = all that the experiment asks for.
+        scenes: How many scenes of the dataset to use, the first ones; 0 = all that the experiment
+            asks for.
         network: `lenet`, `alexnet` or `query`: its ways alone; `all`.
         schedule: `validated`, or `paper`: the paper's iterations for its two networks.
         device: Where to train.
@@ -58,12 +52,7 @@ class Options:
             interrupted run goes on; None = none.
     """
 
-    command: str
     experiment: str = "estimation"
-    seed: int = 0
-    quick: bool = False
-    jobs: int = 1
-    dataset: Path | None = None
     scenes: int = 0
     network: str = "all"
     schedule: str = "validated"
@@ -76,7 +65,7 @@ class Options:
 Say = Callable[[str], None]
 
 
-def conduct(options: Options, say: Say) -> Outcome:
+def conduct(options: EstimationOptions, say: Say) -> Outcome:
     """Runs the experiment.
 
     Args:
@@ -90,7 +79,8 @@ def conduct(options: Options, say: Say) -> Outcome:
     """
     check_ways(options.ways)
     plan = QUICK if options.quick else _PLANS[options.experiment]
-    with tempfile.TemporaryDirectory() as folder, dataset_of(options, plan, say) as dataset:
+    count = options.scenes or plan.scenes
+    with tempfile.TemporaryDirectory() as folder, dataset_of(options, count, say) as dataset:
         views = options.work or Path(folder)
         scenes = look(dataset, views, plan, options, say)
         look_segmented(dataset, views, scenes, plan, options, say)
@@ -120,7 +110,7 @@ def check_ways(ways: Iterable[str]) -> None:
         )
 
 
-def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) -> int:
+def look(dataset: Path, folder: Path, plan: Plan, options: EstimationOptions, say: Say) -> int:
     """Shows scenes to the loop and keeps what networks need; gives how many.
 
     Raises:
@@ -138,7 +128,7 @@ def look(dataset: Path, folder: Path, plan: Plan, options: Options, say: Say) ->
     return len(numbers)
 
 
-def wanted(dataset: Path, plan: Plan, options: Options) -> tuple[str, range]:
+def wanted(dataset: Path, plan: Plan, options: EstimationOptions) -> tuple[str, range]:
     """Which scenes of a dataset are to be used, in words and by their numbers.
 
     Raises:
@@ -157,7 +147,7 @@ def wanted(dataset: Path, plan: Plan, options: Options) -> tuple[str, range]:
 
 
 def look_segmented(
-    dataset: Path, folder: Path, scenes: int, plan: Plan, options: Options, say: Say
+    dataset: Path, folder: Path, scenes: int, plan: Plan, options: EstimationOptions, say: Say
 ) -> None:
     """Shows scenes to the loop once more, as segmentation sees them, where a way is to use that."""
     parts: dict[int, list[int]] = defaultdict(list)
@@ -212,7 +202,7 @@ def look_in_parts(
     say(f"{words} all {scenes} scenes")
 
 
-def trials_of(scenes: int, plan: Plan, options: Options) -> list[Trial]:
+def trials_of(scenes: int, plan: Plan, options: EstimationOptions) -> list[Trial]:
     """The trials that are wanted, of a plan with so many scenes."""
     return [
         trial
@@ -226,7 +216,9 @@ def trials_of(scenes: int, plan: Plan, options: Options) -> list[Trial]:
     ]
 
 
-def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -> list[Tried]:
+def try_all(
+    folder: Path, scenes: int, plan: Plan, options: EstimationOptions, say: Say
+) -> list[Tried]:
     """Runs all trials of a plan on scenes that were looked at."""
     from joblib import Parallel, delayed, parallel_config
 
@@ -249,25 +241,6 @@ def try_all(folder: Path, scenes: int, plan: Plan, options: Options, say: Say) -
     # In the order of the plan, whoever was first.
     place = {trial: number for number, trial in enumerate(trials)}
     return sorted(tried, key=lambda one: place[one.trial])
-
-
-@contextmanager
-def dataset_of(
-    options: Options, plan: Plan, say: Say, configuration: SimulationConfiguration | None = None
-) -> Iterator[Path]:
-    """The dataset that was given, or a new one that is removed afterwards."""
-    from ros_scenesense.simulation.dataset.generation import generate
-
-    if options.dataset is not None:
-        yield options.dataset
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        count = options.scenes or plan.scenes
-        say(f"simulating {count} scenes")
-        drawn = configuration or SimulationConfiguration()
-        metadata = describe(drawn, DatasetOptions(count=count, seed=options.seed))
-        generate(Path(folder) / "dataset", metadata, options.jobs)
-        yield Path(folder) / "dataset"
 
 
 def claim(folder: Path, whose: str) -> None:

@@ -19,11 +19,10 @@ import numpy.typing as npt
 from ros_scenesense.experiments.comparison import Comparison, Summary
 from ros_scenesense.experiments.estimation import (
     SCENES_PER_FILE,
-    Options,
+    EstimationOptions,
     Say,
     check_ways,
     claim,
-    dataset_of,
     look_in_parts,
     try_all,
     wanted,
@@ -32,6 +31,7 @@ from ros_scenesense.experiments.estimation_plans import BACKGROUNDS, QUICK_BACKG
 from ros_scenesense.experiments.estimation_scenes import NOISE, Looker, keep
 from ros_scenesense.experiments.estimation_trials import Tried
 from ros_scenesense.experiments.estimation_views import View
+from ros_scenesense.experiments.options import dataset_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.plots import Panel, Series
 from ros_scenesense.provenance import machine, versions
@@ -47,7 +47,7 @@ Accuracies = dict[tuple[str, int], dict[int, list[float]]]
 """By way and training images, then by backgrounds; one for each repetition."""
 
 
-def conduct(options: Options, say: Say) -> Outcome:
+def conduct(options: EstimationOptions, say: Say) -> Outcome:
     """Runs the experiment.
 
     Args:
@@ -66,7 +66,11 @@ def conduct(options: Options, say: Say) -> Outcome:
     plain = SimulationConfiguration(backgrounds=PLAIN)
     found: Accuracies = defaultdict(dict)
     scenes = 0
-    with tempfile.TemporaryDirectory() as folder, dataset_of(options, plan, say, plain) as source:
+    count = options.scenes or plan.scenes
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        dataset_of(options, count, say, plain) as source,
+    ):
         work = options.work or Path(folder)
         scenes = _look(source, work, counts, plan, options, say)
         for count in counts:
@@ -116,7 +120,12 @@ def _colored(scene: SimulatedScene, color: npt.NDArray[np.uint8]) -> SimulatedSc
 
 
 def _look(
-    dataset: Path, work: Path, counts: Sequence[int], plan: Plan, options: Options, say: Say
+    dataset: Path,
+    work: Path,
+    counts: Sequence[int],
+    plan: Plan,
+    options: EstimationOptions,
+    say: Say,
 ) -> int:
     """Shows scenes to the loop before all numbers of backgrounds; gives how many scenes."""
     whose, numbers = wanted(dataset, plan, options)
@@ -136,7 +145,7 @@ def _folder(count: int) -> str:
     return f"backgrounds_{count}"
 
 
-def report_on(found: Accuracies, options: Options, scenes: int, tests: int) -> Outcome:
+def report_on(found: Accuracies, options: EstimationOptions, scenes: int, tests: int) -> Outcome:
     """Summarises accuracies.
 
     Args:
@@ -185,9 +194,7 @@ def report_on(found: Accuracies, options: Options, scenes: int, tests: int) -> O
         for (way, images), each in found.items()
     ]
     labels = [str(count) for count in counts]
-    panel = Panel(
-        "accuracy", labels, series, "accuracy, %", "backgrounds", lines=True, legend_below=True
-    )
+    panel = Panel("accuracy", labels, series, "accuracy, %", "backgrounds", lines=True)
     return Outcome(result, [panel])
 
 

@@ -336,7 +336,6 @@ def _panels(scores: Mapping[Key, Mapping[str, list[float]]]) -> list[Panel]:
             y_label="accuracy, %",
             x_label="training images",
             lines=len(sizes) > 1,
-            legend_below=True,
         )
         for title, name in (
             ("occlusion and stability", "accuracy"),

@@ -8,13 +8,10 @@ back again.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from ros_scenesense.attention.relevance import relevance
-from ros_scenesense.experiments.axioms import Options, simulate
 from ros_scenesense.experiments.axioms_scenes import (
     ExactScenes,
     Scenes,
@@ -23,6 +20,7 @@ from ros_scenesense.experiments.axioms_scenes import (
     withheld_ids,
 )
 from ros_scenesense.experiments.forgetting_report import ENDS, Life, Lives, report_on
+from ros_scenesense.experiments.options import Options, dataset_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.knowledge.action_language import parse
 from ros_scenesense.knowledge.axioms import Default, StateConstraint
@@ -119,11 +117,7 @@ def conduct(options: Options, say: Callable[[str], None]) -> Outcome:
         DatasetError: If the dataset is not there or has too few scenes.
     """
     plan = QUICK if options.quick else Plan()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = options.dataset
-        if folder is None:
-            folder = Path(scratch) / "dataset"
-            simulate(folder, plan.needed, options, say)
+    with dataset_of(options, plan.needed, say) as folder:
         records = read_records(folder, plan.needed)
     description = domain()
     scenes = ExactScenes(description).read(records)

@@ -9,7 +9,6 @@ that even people find ambiguous kept apart, distances, changes of the viewpoint,
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +23,7 @@ from ros_scenesense.experiments.grounding_set import (
     measure_schemes,
     measure_simulated,
 )
+from ros_scenesense.experiments.options import Options
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.experiments.tosd import Split, Tosd
 from ros_scenesense.experiments.tosd_scenes import observed_scenes
@@ -32,41 +32,22 @@ SETS = 10
 _QUICK_SETS = 3
 
 
-@dataclass(frozen=True)
-class Options:
-    """How the experiment is run.
-
-    Attributes:
-        command: The command line, for the result.
-        seed: Of everything that is drawn.
-        quick: Few and small sets, to see that it runs.
-        jobs: Worker processes.
-        tosd: Folder of the Table Object Scene Database; None simulates the scenes.
-    """
-
-    command: str
-    seed: int = 0
-    quick: bool = False
-    jobs: int = 1
-    tosd: Path | None = None
-
-
 def conduct(options: Options, say: Callable[[str], None]) -> Outcome:
     """Runs the experiment.
 
     Args:
-        options: How.
+        options: How; the dataset is a copy of the Table Object Scene Database.
         say: Takes a line when something has been done.
 
     Raises:
         DatasetError: If the database is not there or has too few labels.
     """
     count = _QUICK_SETS if options.quick else SETS
-    if options.tosd is None:
+    if options.dataset is None:
         measured = _simulated(options, count, say)
     else:
-        measured = _real(options, options.tosd, count, say)
-    setting = Setting(options.command, options.seed, options.tosd is None)
+        measured = _real(options, options.dataset, count, say)
+    setting = Setting(options.command, options.seed, options.dataset is None)
     return report_on(measured, setting)
 
 

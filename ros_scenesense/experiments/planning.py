@@ -8,16 +8,14 @@ scenes rightly.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 
 from ros_scenesense.errors import LearningError
-from ros_scenesense.experiments.axioms import Options, simulate
 from ros_scenesense.experiments.axioms_scenes import ExactScenes, domain, read_records
+from ros_scenesense.experiments.options import Options, dataset_of
 from ros_scenesense.experiments.outcome import Outcome
 from ros_scenesense.experiments.planning_accuracy import accuracies
 from ros_scenesense.experiments.planning_knowledge import Knowledge, learn, truths
@@ -63,11 +61,7 @@ def conduct(options: Options, say: Callable[[str], None]) -> Outcome:
         SimulationError: If the scenes to plan in cannot be made.
     """
     plan = QUICK if options.quick else Plan()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = options.dataset
-        if folder is None:
-            folder = Path(scratch) / "dataset"
-            simulate(folder, plan.needed, options, say)
+    with dataset_of(options, plan.needed, say) as folder:
         records = read_records(folder, plan.needed)
     scenes = ExactScenes(domain()).read(records)
     count = plan.learning + plan.merging

@@ -116,11 +116,11 @@ class Graph:
             ParameterError: If a node ended because of a wrong parameter.
             LaunchError: If a node cannot start, or died too often.
         """
-        deaf_s = time.monotonic() - self._polled
         self.executor.spin_once(timeout_sec=timeout_s)
-        self._polled = time.monotonic()
+        now = time.monotonic()
+        deaf_s, self._polled = now - self._polled - timeout_s, now
         for process in self.nodes.values():
-            # Nobody is silent while we do not listen, be it that our caller was busy.
+            # Nobody is silent while we do not listen: our caller, or a callback of its, was busy.
             if deaf_s > _DEAF_S:
                 process.excuse(deaf_s)
             self._supervise(process)

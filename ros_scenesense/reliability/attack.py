@@ -21,8 +21,8 @@ from ros_scenesense.reliability.hostile_texts import false_texts, invalid_texts
 from ros_scenesense.reliability.invented import invented
 from ros_scenesense.reliability.trial import Trial
 
-# At once: of a state only the last message is kept, of images a few.
-_BURST = {QosClass.EVENT: 6, QosClass.REQUEST: 6, QosClass.STATE: 1}
+# A topic keeps some images, and of a state only the last message: each is counted before the next.
+_BURST = 6
 _IMAGE_BURST = 3
 _TOPICS_AT_ONCE = 7
 _INVENTED = 5
@@ -90,16 +90,10 @@ class Attack:
             for part, topic in TOPICS_OF_IMAGES.items()
         }
         self._wait_for_listeners()
-        burst = sum(_BURST[topic.qos] for topic in TOPICS.values())
-        rounds = -(-messages // (burst + _IMAGE_BURST * len(self._images)))
+        burst = _BURST * len(TOPICS) + _IMAGE_BURST * len(self._images)
+        count = _BURST * -(-messages // burst)
         self._texts = {
-            kind: invalid_texts(
-                kind,
-                models,
-                made_up[number :: len(TOPICS)],
-                rounds * _BURST[TOPICS[kind].qos],
-                seed,
-            )
+            kind: invalid_texts(kind, models, made_up[number :: len(TOPICS)], count, seed)
             for number, (kind, models) in enumerate(self._models.items())
         }
 
@@ -113,15 +107,25 @@ class Attack:
         return self._messages - self.sent.invalid.total()
 
     def send_invalid(self) -> None:
-        """Sends some invalid messages on every topic."""
-        for kind, texts in self._texts.items():
-            for text in islice(texts, min(_BURST[TOPICS[kind].qos], self._left)):
-                self._publishers[kind].publish(String(data=text))
-                self._note(TOPICS[kind].name, self._publishers[kind])
+        """Sends some invalid messages on every topic, as many on each JSON topic."""
+        states = [kind for kind, topic in TOPICS.items() if topic.qos is QosClass.STATE]
+        for number in range(_BURST):
+            if number > 0:
+                self.wait_until_counted()
+            for kind in states:
+                self._send_invalid(kind, 1)
+        for kind in TOPICS:
+            if kind not in states:
+                self._send_invalid(kind, _BURST)
         for part, publisher in self._images.items():
             for _ in range(min(_IMAGE_BURST, self._left)):
                 publisher.publish(bad_image(part, self._rng))
                 self._note(part, publisher)
+
+    def _send_invalid(self, kind: type[AnyMessage], count: int) -> None:
+        for text in islice(self._texts[kind], min(count, self._left)):
+            self._publishers[kind].publish(String(data=text))
+            self._note(TOPICS[kind].name, self._publishers[kind])
 
     def wait_until_counted(self) -> list[str]:
         """Waits until every node that listens has counted what came; what is missing, in words."""

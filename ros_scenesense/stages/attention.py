@@ -31,7 +31,7 @@ from ros_scenesense.stages.attention_engine import AttentionEngine
 from ros_scenesense.stages.attention_lessons import conclusions_of, examples_of, lacking_of
 from ros_scenesense.stages.attention_store import AttentionStore
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.join import LATE_COMERS, SceneJoin
 from ros_scenesense.stages.network_training import NetworkTraining
 from ros_scenesense.stages.protocol import (
     Figure,
@@ -136,8 +136,12 @@ class AttentionStage:
         )
         self._purity = measured_purity(self._store.conclusions())
         timeout_s = configuration.join_timeout_s
-        self._parts = SceneJoin(tuple(_PUBLISHERS), timeout_s)
-        self._judged = SceneJoin(("seen", "verdicts"), 2 * timeout_s)
+        self._parts = SceneJoin(
+            tuple(_PUBLISHERS), timeout_s, LATE_COMERS, bulky=("frame", "segmentation")
+        )
+        self._judged = SceneJoin(("seen", "verdicts"), 2 * timeout_s, LATE_COMERS, bulky=("seen",))
+        # After a restart topics bring their parts again, but images only if somebody waits for it.
+        self._decided_before = self._store.decided()
         self._waiting: dict[int, Beliefs] = {}
         self._asked: dict[str, tuple[SeenScene, list[Query]]] = {}
         self._jobs: list[Job] = []
@@ -174,20 +178,28 @@ class AttentionStage:
         return self._look(parts, now_ns)
 
     def tick(self, now_ns: int) -> list[Outgoing]:
-        """Decides by reasoning alone what waited too long for its images."""
-        published: list[Outgoing] = []
+        """Decides by reasoning alone what waited too long for its images.
+
+        What was decided before a restart is not decided again, unless it is shown again.
+        """
+        decided: list[Beliefs] = []
         for stamp_ns, missing in self._parts.expired(now_ns):
             beliefs = self._waiting.pop(int(str(stamp_ns)), None)
+            if "frame" in missing and stamp_ns in self._decided_before:
+                self.health.count("scenes_decided_before")
+                continue
             names = " and ".join(_PUBLISHERS[part] for part in missing)
             if beliefs is None:
                 words = f"a scene is given up: no {names} came"
             else:
                 words = f"scene {beliefs.scene_id} is decided by reasoning alone: no {names} came"
-                published += self._estimates(beliefs, {})
+                decided.append(beliefs)
             self.health.problem("scene_incomplete", words)
         for _, missing in self._judged.expired(now_ns):
             self.health.count(f"examples_without_{missing[0]}")
-        return published
+        if decided:
+            self._store.record_decisions(map(_stamp_of, decided))
+        return [item for beliefs in decided for item in self._estimates(beliefs, {})]
 
     def train(self, now_ns: int) -> tuple[str | None, str]:
         """Begins a training on all examples.
@@ -285,6 +297,7 @@ class AttentionStage:
         elif result is not None:
             for query, row in zip(queries, result, strict=True):
                 answers[query.target, query.task] = float(row[_COLUMN[query.task]])
+        self._store.record_decisions([_stamp_of(scene.beliefs)])
         return self._estimates(scene.beliefs, answers)
 
     def _estimates(self, beliefs: Beliefs, answers: Answers) -> list[Outgoing]:

@@ -32,7 +32,8 @@ class TrainingOrder:
         iterations: Batches at most.
         seed: Of weights and batches.
         device: `cpu`, `cuda`, ...
-        file: Where the network is written, and beside it the checkpoint while it is trained.
+        file: Where the network is written.
+        checkpoint: Where the training is kept while it is under way.
         rival: File of the network in use; None if there is none.
     """
 
@@ -41,6 +42,7 @@ class TrainingOrder:
     seed: int
     device: str
     file: str
+    checkpoint: str
     rival: str | None
 
 
@@ -111,7 +113,7 @@ class AttentionEngine:
             query_training(order.iterations, order.seed),
             order.device,
         )
-        checkpoint = _checkpoint(order)
+        checkpoint = Path(order.checkpoint)
         if checkpoint.exists():
             try:
                 begun.resume(checkpoint)
@@ -131,11 +133,11 @@ class AttentionEngine:
         order, examples, training = self._training
         progress = training.advance()
         if not training.finished:
-            training.save(_checkpoint(order))
+            training.save(Path(order.checkpoint))
             return TrainingState(progress.iteration / order.iterations)
         trained = training.result()
         trained.save(Path(order.file))
-        _checkpoint(order).unlink(missing_ok=True)
+        Path(order.checkpoint).unlink(missing_ok=True)
         self._training = None
         _, held_out = examples.parts()
         rival_loss = None if order.rival is None else self._network(order.rival).loss(held_out)
@@ -160,7 +162,3 @@ class AttentionEngine:
         if file not in self._networks:
             self._networks = {file: TrainedNetwork.load(Path(file))}
         return self._networks[file]
-
-
-def _checkpoint(order: TrainingOrder) -> Path:
-    return Path(order.file).with_name("training.pt")

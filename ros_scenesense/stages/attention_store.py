@@ -1,4 +1,4 @@
-"""attention.db: labelled examples, how often each default was right, and the networks so far.
+"""attention.db: examples, how often each default was right, networks, and what was decided lately.
 
 Every scene is applied once: what arrives twice, or again after a restart, changes nothing.
 """
@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-VERSION = 2
+VERSION = 4
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -48,8 +48,17 @@ CREATE TABLE network (
     loss REAL
 );
 """
-_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;",)
-"""Examples of version 1 lack numbers that networks are shown now; its networks do not know them."""
+_DECISIONS = """
+CREATE TABLE decision (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    stamp_ns INTEGER NOT NULL UNIQUE
+);
+"""
+_FORGET = "DELETE FROM example; DELETE FROM network;"
+_MIGRATIONS = (_FORGET, _DECISIONS, _FORGET)
+"""Examples of versions 1 to 3 lack numbers that networks are shown now; their networks do not know
+them."""
+_KEPT_DECISIONS = 1000  # topics keep 200 for who starts again
 _OUTPUT = {Task.STABILITY: 0, Task.OCCLUSION: 1}
 _HELD_OUT_OF = 5  # one scene of five
 
@@ -83,7 +92,7 @@ class AttentionStore:
         self._side = side
         self._kept = kept_examples
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA, VERSION, health, _MIGRATIONS)
+        self._connection = open_state_file(path, _SCHEMA + _DECISIONS, VERSION, health, _MIGRATIONS)
 
     def close(self) -> None:
         """Closes the file."""
@@ -137,6 +146,27 @@ class AttentionStore:
             self._health.problem("not_remembered", words)
             return False
         return True
+
+    def record_decisions(self, stamps_ns: Iterable[int]) -> None:
+        """Remembers that the scenes of these stamps are decided; the oldest are forgotten."""
+        try:
+            with self._connection:
+                self._connection.executemany(
+                    "INSERT OR IGNORE INTO decision (stamp_ns) VALUES (?)",
+                    ((stamp_ns,) for stamp_ns in stamps_ns),
+                )
+                self._connection.execute(
+                    "DELETE FROM decision WHERE number <= (SELECT max(number) FROM decision) - ?",
+                    (_KEPT_DECISIONS,),
+                )
+        except sqlite3.Error as error:
+            words = f"decisions could not be written to attention.db: {error}"
+            self._health.problem("not_remembered", words)
+
+    def decided(self) -> frozenset[int]:
+        """Stamps of the scenes that were decided lately, in nanoseconds."""
+        rows = self._connection.execute("SELECT stamp_ns FROM decision")
+        return frozenset(stamp_ns for (stamp_ns,) in rows)
 
     @property
     def example_count(self) -> int:

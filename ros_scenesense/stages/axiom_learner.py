@@ -38,7 +38,7 @@ from ros_scenesense.stages.axiom_keeper import (
     words_of_cycle,
 )
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.join import LATE_COMERS, SceneJoin
 from ros_scenesense.stages.labelled_literals import labelled_literals
 from ros_scenesense.stages.learner_store import LearnerStore
 from ros_scenesense.stages.learning_engine import LearningEngine, LearningOrder, Task, suspended
@@ -52,7 +52,6 @@ _PART_OF: dict[type[Incoming], str] = {
     Beliefs: "beliefs",
     Verdicts: "verdicts",
 }
-_WAITING_SCENES = 256
 _FEWEST_FEEDBACKS = 20
 _LARGEST_SLACK = 0.05
 
@@ -128,7 +127,7 @@ class AxiomLearnerStage:
         )
         self._outcomes = OutcomeDesk(self._store, self._domain, self._states, self.health)
         timeout_s = configuration.join_timeout_s
-        self._scenes = SceneJoin(tuple(_PART_OF.values()), timeout_s, _WAITING_SCENES)
+        self._scenes = SceneJoin(tuple(_PART_OF.values()), timeout_s, LATE_COMERS)
         self._given: frozenset[str] | None = None
         self._trust: Trust | None = None
         self._cycle: tuple[str, list[int]] | None = None

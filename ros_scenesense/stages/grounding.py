@@ -23,7 +23,7 @@ from ros_scenesense.stages.grounding_engine import (
 )
 from ros_scenesense.stages.grounding_store import GroundingStore
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.join import LATE_COMERS, SceneJoin
 from ros_scenesense.stages.own_scenes import OwnScenes, SceneNumbers
 from ros_scenesense.stages.pair_grounding import Learned
 from ros_scenesense.stages.protocol import (
@@ -75,7 +75,9 @@ class GroundingStage:
         )
         self._own = _own_scenes(configuration, self.health)
         self._own_under_way: str | None = None
-        self._join = SceneJoin(("frame", "scene"), configuration.join_timeout_s)
+        self._join = SceneJoin(
+            ("frame", "scene"), configuration.join_timeout_s, LATE_COMERS, bulky=("frame",)
+        )
         self._taken: OrderedDict[str, None] = OrderedDict()
         self._incomplete: OrderedDict[int, None] = OrderedDict()
         self._segmentations: OrderedDict[int, Segmentation] = OrderedDict()

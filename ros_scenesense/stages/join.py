@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
+
+CAPACITY = 32
+"""So many scenes wait where nobody says otherwise, and so many with images at most."""
+LATE_COMERS = 256
+"""So many may wait of what topics keep for late comers: who starts late gets up to 200 messages of
+one topic before the first of the next."""
 
 
 @dataclass
@@ -22,15 +29,23 @@ class SceneJoin:
         timeout_s: After this time without completion a scene is given up.
         capacity: At most this many scenes wait; the oldest is given up for a newer one.
         memory: How many finished scenes are remembered, to recognise what comes late or twice.
+        bulky: Parts that need much memory, such as images: of the scenes that have one of them
+            at most `CAPACITY` wait, whatever the capacity for the others.
     """
 
     def __init__(
-        self, parts: tuple[str, ...], timeout_s: float, capacity: int = 32, memory: int = 2000
+        self,
+        parts: tuple[str, ...],
+        timeout_s: float,
+        capacity: int = CAPACITY,
+        memory: int = 2000,
+        bulky: tuple[str, ...] = (),
     ) -> None:
         self.parts = parts
         self.timeout_s = timeout_s
         self.capacity = capacity
         self.memory = memory
+        self.bulky = frozenset(bulky)
         self._waiting: OrderedDict[Hashable, _Waiting] = OrderedDict()
         self._done: OrderedDict[Hashable, None] = OrderedDict()
         self._overflown: deque[tuple[Hashable, list[str]]] = deque(maxlen=memory)
@@ -54,10 +69,10 @@ class SceneJoin:
         if len(waiting.parts) == len(self.parts):
             self._finish(key)
             return waiting.parts
-        while len(self._waiting) > self.capacity:
-            oldest = next(iter(self._waiting))
-            self._overflown.append((oldest, self._missing(oldest)))
-            del self._waiting[oldest]
+        if part in self.bulky:
+            heavy = [key for key, each in self._waiting.items() if self.bulky & each.parts.keys()]
+            self._make_room(heavy, CAPACITY)
+        self._make_room(self._waiting, self.capacity)
         return None
 
     def knows(self, key: Hashable, part: str) -> bool:
@@ -101,6 +116,11 @@ class SceneJoin:
                 given_up.append((key, self._missing(key)))
                 del self._waiting[key]
         return given_up
+
+    def _make_room(self, waiting: Collection[Hashable], capacity: int) -> None:
+        for oldest in list(islice(waiting, max(0, len(waiting) - capacity))):
+            self._overflown.append((oldest, self._missing(oldest)))
+            del self._waiting[oldest]
 
     def _missing(self, key: Hashable) -> list[str]:
         return [part for part in self.parts if part not in self._waiting[key].parts]

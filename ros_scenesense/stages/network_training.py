@@ -1,4 +1,8 @@
-"""Which network attention uses, and how a better one comes to be used."""
+"""Which network attention uses, and how a better one comes to be used.
+
+The folder `networks/` holds those that were adopted, and what a training leaves there while it is
+under way: a candidate, a checkpoint, and files half written, none of which outlives its use.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +24,9 @@ from ros_scenesense.stages.protocol import Job, JobFailure
 SHIPPED = "shipped"
 NONE = "none"
 SHIPPED_NETWORK = "query.pt"
+
+_CANDIDATE = "candidate.pt"
+_LEFT_BEHIND = ("candidate.pt", "training*.pt", ".candidate.pt.*", ".training*.pt.*")
 
 # Seconds: the examples travel to the worker; a piece of a training.
 _BEGIN_DEADLINE_S = 60.0
@@ -68,6 +75,7 @@ class NetworkTraining:
         self._examples = 0
         self._examples_before = store.examples_ever
         self.network = self._first_network(first)
+        self._tidy_up()
 
     @property
     def under_way(self) -> bool:
@@ -92,6 +100,7 @@ class NetworkTraining:
             examples.check()
         except NetworkError as error:
             return None, str(error)
+        self._tidy_up()
         self._examples = len(examples)
         self._examples_before = self._store.examples_ever
         self._revision = f"network-{now_ns}"
@@ -100,7 +109,8 @@ class NetworkTraining:
             iterations=self._iterations,
             seed=self._seed,
             device=self._device,
-            file=str(self._folder / f"{self._revision}.pt"),
+            file=str(self._folder / _CANDIDATE),
+            checkpoint=str(self._checkpoint),
             rival=None if self.network is None else self.network.file,
         )
         arguments = (self._order, examples)
@@ -112,6 +122,7 @@ class NetworkTraining:
         if self._order is None:
             return None
         if isinstance(result, JobFailure):
+            Path(self._order.file).unlink(missing_ok=True)
             self._order = None
             words = f"{self._revision} was not trained, what was used before stays: {result.reason}"
             self._health.problem("training_failed", words)
@@ -136,9 +147,26 @@ class NetworkTraining:
             Path(order.file).unlink(missing_ok=True)
             return f"{self._revision} is no better and not used: {words}"
         self._health.count("networks_adopted")
-        self.network = KnownNetwork(self._revision, order.file, self._examples, result.loss)
+        file = Path(order.file).replace(self._folder / f"{self._revision}.pt")
+        self.network = KnownNetwork(self._revision, str(file), self._examples, result.loss)
         self._store.adopt(self.network)
         return f"{self._revision} is used from now on: {words}"
+
+    @property
+    def _checkpoint(self) -> Path:
+        """Of a training on the examples as they are now: another one cannot go on with it."""
+        store = self._store
+        return self._folder / f"training-{store.examples_ever}-{store.example_count}.pt"
+
+    def _tidy_up(self) -> None:
+        """Removes what a training that was killed left behind, but for what the next goes on with.
+
+        Called while none is under way. Networks that were adopted stay.
+        """
+        for pattern in _LEFT_BEHIND:
+            for path in self._folder.glob(pattern):
+                if path != self._checkpoint:
+                    path.unlink(missing_ok=True)
 
     def _progress(
         self, state: Literal["running", "done", "failed"], share: float, words: str, now_ns: int

@@ -36,7 +36,7 @@ from ros_scenesense.scene import DecisionStatus, NamingFrame, Position, Task
 from ros_scenesense.stages.goal_ledger import GoalLedger
 from ros_scenesense.stages.goals import GoalKeeper, GoalLimits
 from ros_scenesense.stages.health import Health
-from ros_scenesense.stages.join import SceneJoin
+from ros_scenesense.stages.join import LATE_COMERS, SceneJoin
 from ros_scenesense.stages.knowledge import KnowledgeInForce
 from ros_scenesense.stages.planning_engine import PlanningEngine
 from ros_scenesense.stages.protocol import Incoming, Job, Outgoing, Timing
@@ -50,9 +50,6 @@ _PUBLISHERS = {
     "objects": "grounding",
 }
 _PART_OF: dict[type[Incoming], str] = {Scene: "scene", Relations: "relations", Objects: "objects"}
-
-# Whoever starts late gets up to 200 latched messages of one topic before the first of the next.
-_WAITING_SCENES = 256
 
 _DIRECTIONS = (Position.FRONT, Position.BEHIND, Position.RIGHT, Position.LEFT)
 
@@ -116,9 +113,9 @@ class ReasonerStage:
         self._session = ClassificationSession(self._knowledge.program, configuration.time_limit_s)
         self._queries = QueryDesk(configuration.remembered_scenes)
         timeout_s = configuration.join_timeout_s
-        self._scenes = SceneJoin(tuple(_PUBLISHERS), timeout_s, _WAITING_SCENES)
+        self._scenes = SceneJoin(tuple(_PUBLISHERS), timeout_s, LATE_COMERS)
         # Labels come with the scene, so they wait for as long as it takes to be complete, and more.
-        self._judged = SceneJoin(("beliefs", "labels"), 2 * timeout_s, _WAITING_SCENES)
+        self._judged = SceneJoin(("beliefs", "labels"), 2 * timeout_s, LATE_COMERS)
         self._goals = _goal_keeper(configuration, self.health)
 
     def engine(self) -> Callable[[], Any] | None:

@@ -6,8 +6,10 @@ whole or not at all.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import shutil
 import sqlite3
 import tempfile
 import zipfile
@@ -141,14 +143,17 @@ def file_version(path: Path) -> int:
 
 
 def _copies(state: Path, scratch: Path) -> Iterable[tuple[str, Path]]:
-    """The files of a state folder by their names; state files as copies of one moment."""
+    """Copies of the files of a state folder by their names, each of one moment."""
     for name in STATE_FILES:
         path = state / name
         if path.is_file():
             _copy_database(path, scratch / name)
             yield name, scratch / name
+    (scratch / NETWORKS).mkdir()
     for path in sorted((state / NETWORKS).glob("*.pt")):
-        yield f"{NETWORKS}/{path.name}", path
+        # What a training keeps there while it is under way comes and goes.
+        with contextlib.suppress(FileNotFoundError):
+            yield f"{NETWORKS}/{path.name}", shutil.copyfile(path, scratch / NETWORKS / path.name)
 
 
 def _copy_database(path: Path, copy: Path) -> None:
