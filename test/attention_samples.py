@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 
+from ros_scenesense.attention.inputs import NUMBERS
 from ros_scenesense.attention.queries import Query
 from ros_scenesense.messages.reasoning import Beliefs
 from ros_scenesense.parameters import build
@@ -82,7 +83,7 @@ def teach(state, scenes=40, first=0):
         examples = []
         for bright in (0, 1):
             image = rng.random((6, SIDE, SIDE)).astype(np.float32) * 0.3 + 0.5 * bright
-            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(8, np.float32), ())
+            query = Query(Task.STABILITY, f"o{bright}", image, np.zeros(NUMBERS, np.float32), ())
             examples.append((query, bool(bright)))
         assert store.add(f"t-{number}", [("s3", number > 9)], examples)
     store.close()

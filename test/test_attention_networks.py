@@ -173,7 +173,7 @@ def test_bad_files_are_named_with_the_mend(tmp_path, monkeypatch):
         TrainedNetwork.load(path)
     path.write_bytes(whole)
     monkeypatch.setattr(checkpoints, "VERSION", checkpoints.VERSION + 1)
-    with pytest.raises(NetworkError, match="version 2, this release reads 3"):
+    with pytest.raises(NetworkError, match="version 3, this release reads 4"):
         TrainedNetwork.load(path)
 
 

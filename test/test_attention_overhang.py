@@ -1,60 +1,80 @@
-"""The overhang of stacked boxes, as seen by a camera that looks straight ahead."""
+"""How far what objects carry hangs over, of footprints that are given."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from ros_scenesense.attention.overhang import LARGEST, Overhang, overhangs
-from ros_scenesense.geometry import Box, Pose, quaternion_of
-
-# Optical frame z forward, x right, y down: right, away, up of a level camera.
-AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-
-
-def box(right, up, size=0.1, away=1.0, depth=None):
-    x, y, z = AXES.T @ (right, away, up)
-    return Box(Pose((x, y, z), quaternion_of(AXES.T)), (size, depth or size, size))
+from ros_scenesense.attention.footprint import Footprint
+from ros_scenesense.attention.overhang import overhangs
 
 
-def test_nothing_hangs_over_where_boxes_are_centred():
-    found = overhangs({"a": box(0, 0.1), "b": box(0, 0)}, [("a", "b")])
-    assert found == {"a": Overhang(pytest.approx(0), pytest.approx(0))}
+def block(right, away=1.0, size=0.1, height=0.1):
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2
+    return Footprint(corners + np.array([right, away]), height)
 
 
-def test_the_share_is_of_half_the_width_of_the_contact():
-    # The upper box hangs over by 3 of 10 cm: it touches 7 cm, whose middle is 1.5 cm from its own.
-    found = overhangs({"a": box(0.03, 0.1), "b": box(0, 0)}, [("a", "b")])
-    assert found["a"].lateral == pytest.approx(0.015 / 0.035)
-    found = overhangs({"a": box(0, 0.1, away=1.06), "b": box(0, 0)}, [("a", "b")])
-    assert found["a"] == Overhang(pytest.approx(0), pytest.approx(0.03 / 0.02))
+def test_a_centred_block_is_within_by_half_its_width():
+    found = overhangs({"a": block(0), "b": block(0)}, [("a", "b")])
+    assert found == {"a": pytest.approx(-0.05)}
 
 
-def test_a_small_box_on_a_large_one_is_safe_wherever_it_stands():
-    found = overhangs({"a": box(0.08, 0.15), "b": box(0, 0, size=0.2)}, [("a", "b")])
-    assert found["a"].lateral == pytest.approx(0.015 / 0.035)
+def test_a_block_hangs_over_where_its_centre_is_beyond_the_edge():
+    for right, away, beyond in ((0.06, 1.0, 0.01), (0.0, 0.93, 0.02), (-0.04, 1.0, -0.01)):
+        found = overhangs({"a": block(right, away), "b": block(0)}, [("a", "b")])
+        assert found["a"] == pytest.approx(beyond)
+
+
+def test_the_corners_of_a_turned_support_reach_farther_than_its_sides():
+    half = 0.05 * np.sqrt(2.0)
+    turned = Footprint(np.array([[half, 1], [0, 1 + half], [-half, 1], [0, 1 - half]]), 0.1)
+    toward_corner, toward_side = block(0.06), block(0.05, 1.05)
+    assert overhangs({"a": toward_corner, "b": turned}, [("a", "b")])["a"] < 0.0
+    assert overhangs({"a": toward_side, "b": turned}, [("a", "b")])["a"] > 0.0
 
 
 def test_on_an_irregular_surface_every_offset_is_an_overhang():
-    boxes = {"a": box(0.03, 0.1), "duck": box(0, 0)}
-    assert overhangs(boxes, [("a", "duck")], {"duck"})["a"].lateral == LARGEST
+    found = overhangs({"a": block(0.03), "duck": block(0)}, [("a", "duck")], {"duck"})
+    assert found["a"] == pytest.approx(0.03)
 
 
 def test_all_that_a_support_carries_counts_by_its_volume():
-    # The upper one stands safely on the middle one, but both together lean over the lowest.
-    boxes = {"top": box(0.08, 0.2), "middle": box(0.04, 0.1), "low": box(0, 0)}
+    # The upper ones stand safely on each other, but both together lean over the lowest.
+    boxes = {"top": block(0.08), "middle": block(0.04), "low": block(0)}
     found = overhangs(boxes, [("top", "middle"), ("middle", "low")])
-    # Both touch the lowest from -1 to 5 cm; their common centre of mass is at 6 cm.
-    assert found["middle"].lateral == pytest.approx(0.04 / 0.03)
-    assert found["top"].lateral == pytest.approx(0.04 / 0.03)
-    assert "low" not in found
+    assert found == {"top": pytest.approx(0.01), "middle": pytest.approx(0.01)}
+    boxes["top"] = block(0.08, height=0.01)
+    assert overhangs(boxes, [("top", "middle"), ("middle", "low")])["middle"] < 0.0
 
 
-def test_of_a_thin_front_the_rest_is_thought_behind_it():
-    seen = {"a": box(0, 0.1, away=0.96, depth=0.02), "b": box(0, 0, away=1.0)}
-    assert overhangs(seen, [("a", "b")])["a"].away == pytest.approx(0)
+def test_a_small_foot_of_what_is_carried_bounds_the_contact_too():
+    boxes = {"top": block(0.03, size=0.2), "foot": block(0, size=0.04), "low": block(0, size=0.3)}
+    found = overhangs(boxes, [("top", "foot"), ("foot", "low")])
+    # Both weigh on the low one within its sides, but outside the foot's.
+    assert found["foot"] == pytest.approx(0.03 * 0.04 / (0.04 + 0.0016) - 0.02)
 
 
 def test_circles_and_strangers_do_no_harm():
-    boxes = {"a": box(0.5, 0.1), "b": box(0, 0)}
+    boxes = {"a": block(0.5), "b": block(0)}
     found = overhangs(boxes, [("a", "b"), ("b", "a"), ("a", "stranger"), ("a", "a")])
-    assert found["a"].lateral == LARGEST
+    assert found["a"] > 0.0
     assert overhangs({}, []) == {}
+
+
+offsets = st.floats(-0.1, 0.1)
+
+
+@given(offsets, offsets, st.floats(0.1, 10.0), st.floats(-np.pi, np.pi))
+def test_overhang_does_not_depend_on_the_view_and_grows_with_the_scene(right, away, scale, angle):
+    boxes = {"a": block(right, 1 + away), "b": block(0), "c": block(-away, 1 + right, 0.07)}
+    supports = [("a", "b"), ("c", "a")]
+    one = overhangs(boxes, supports)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    for change in (turn * scale, np.diag([-scale, scale])):  # turned, mirrored
+        seen = {
+            name: Footprint(box.corners @ change.T, box.height * scale)
+            for name, box in boxes.items()
+        }
+        assert overhangs(seen, supports) == pytest.approx(
+            {name: each * scale for name, each in one.items()}, abs=1e-6
+        )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from attention_samples import SECOND, of, run, run_jobs, stage_with, teach, undecided
 
+from ros_scenesense.attention.inputs import NUMBERS
 from ros_scenesense.attention.training_set import joined
 from ros_scenesense.errors import NetworkError
 from ros_scenesense.messages.attention import Estimates, Rois
@@ -20,11 +21,14 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.protocol import JobFailure
 
 
-def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path):
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_path, version):
     teach(tmp_path, scenes=2)
     path = tmp_path / "attention.db"
     with closing(sqlite3.connect(path)) as old:
-        old.executescript("DROP TABLE decision; PRAGMA user_version=1")
+        if version < 3:
+            old.execute("DROP TABLE decision")
+        old.execute(f"PRAGMA user_version={version}")
     store = AttentionStore(path, Health(), SIDE)
     assert store.example_count == 0
     assert not store.add("t-0", [], [])
@@ -50,7 +54,7 @@ def test_an_engine_that_warms_up_with_a_broken_network_says_so_only_when_asked(t
     broken.write_bytes(b"nothing")
     engine = AttentionEngine(str(broken))
     with pytest.raises(NetworkError, match="damaged"):
-        engine.answer(str(broken), np.zeros((1, 6, SIDE, SIDE), "f4"), np.zeros((1, 8), "f4"))
+        engine.answer(str(broken), np.zeros((1, 6, SIDE, SIDE), "f4"), np.zeros((1, NUMBERS), "f4"))
 
 
 def test_a_network_is_trained_piece_by_piece_adopted_and_found_again(tmp_path):

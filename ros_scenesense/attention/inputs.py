@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ros_scenesense.attention.outline import Outline
-from ros_scenesense.attention.overhang import Overhang
 from ros_scenesense.attention.regions import crop
 from ros_scenesense.errors import NetworkError
 from ros_scenesense.messages.attention import Roi
@@ -79,20 +78,25 @@ def color_image(
     return _scaled([pixels], side)
 
 
-NUMBERS = 8
+NUMBERS = 6
 """Numbers beside the image of a query."""
+_EXACT_M = 0.005
+"""About as exactly overhangs are measured; far beyond and far within, all are the same."""
 
 
-def query_numbers(overhang: Overhang | None, outline: Outline) -> npt.NDArray[np.float32]:
-    """The numbers beside the image of a query, (8,).
+def query_numbers(overhang: float | None, outline: Outline) -> npt.NDArray[np.float32]:
+    """The numbers beside the image of a query, (6,).
 
-    Overhang along the image, away, the larger of the two, 1 if it is known, else all four are 0;
-    shares of the outline where something nearer begins: above of related objects and of others,
-    below of related objects and of others.
+    Args:
+        overhang: Metres, see `overhang.overhangs`; None of what stands on no object.
+        outline: What is nearer along the outline.
+
+    Returns:
+        Overhang from -1, far within the area of contact, through 0 on its edge to 1, -1 if there is
+        none; 1 if there is one, else 0; shares of the outline where something nearer begins: above
+        of related objects and of others, below of related objects and of others.
     """
-    leans = [0.0] * 4
-    if overhang is not None:
-        leans = [overhang.lateral, overhang.away, max(overhang.lateral, overhang.away), 1.0]
+    leans = [-1.0, 0.0] if overhang is None else [float(np.tanh(overhang / _EXACT_M)), 1.0]
     nearer = [
         outline.upper_related,
         outline.upper_other,

@@ -1,83 +1,52 @@
 """How far what rests on an object leans over its edge: the geometry that pixels hardly tell.
 
 A stack falls where the centre of mass of all that stands on some object lies beyond the area by
-which it stands there. Masses are not known; they are taken to go with the volumes of the boxes.
+which it stands there. Masses are not known; they are taken to go with the volumes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from ros_scenesense.geometry import Box, Float, rotation_matrix
+from ros_scenesense.attention.footprint import Footprint
 
-LARGEST = 3.0
-"""Overhangs are cut off here: beyond, all are the same."""
-_SMALLEST_M = 1e-3
-
-
-@dataclass(frozen=True)
-class Overhang:
-    """The worst overhang below an object, as a share of half the width of the area of contact.
-
-    0 is centred, 1 on the edge. `lateral` is along the image, `away` along the line of sight, in
-    which direction a camera sees little of an object: it is taken to be as deep as it is wide.
-    """
-
-    lateral: float
-    away: float
+_SMALLEST = 1e-9
 
 
 def overhangs(
-    boxes: Mapping[str, Box],
+    footprints: Mapping[str, Footprint],
     supports: Iterable[tuple[str, str]],
     irregular: Collection[str] = (),
-) -> dict[str, Overhang]:
+) -> dict[str, float]:
     """The overhang of every object that stands on another.
 
     Of each object below it, directly or through others, it is asked how far the common centre of
-    mass of all that the object carries lies from the middle of where that touches it; the largest
-    share counts.
+    mass of all that the object carries lies beyond the area of contact, which is within the
+    footprints of both that touch there; the worst counts.
 
     Args:
-        boxes: Boxes of the located objects by name; their axes are right, away, up in the optical
-            frame, the same for all of them.
+        footprints: By the names of the objects.
         supports: Pairs (upper, lower) of the relation *on*; pairs with unknown names are ignored.
         irregular: Objects with an irregular surface: what is on them touches them in a point.
+
+    Returns:
+        Metres by the names of the objects: positive beyond the edge, negative within it.
     """
-    shapes = {name: _shape(box) for name, box in boxes.items()}
     below: dict[str, set[str]] = {}
     for upper, lower in supports:
-        if upper in shapes and lower in shapes and upper != lower:
+        if upper in footprints and lower in footprints and upper != lower:
             below.setdefault(upper, set()).add(lower)
     under = {name: _reached(name, below) - {name} for name in below}
-    shares = {}
+    beyond = {}
     for lower in set().union(*under.values()):
-        load = [name for name, reached in under.items() if lower in reached]
-        direct = [shapes[name] for name in load if lower in below[name]]
-        width = 0.0 if lower in irregular else 1.0
-        shares[lower] = _share([shapes[name] for name in load], direct, shapes[lower], width)
-    return {
-        name: Overhang(*(max(shares[lower][axis] for lower in reached) for axis in (0, 1)))
-        for name, reached in under.items()
-        if reached
-    }
-
-
-Shape = tuple[Float, Float]
-"""Centre (3,) and half extents (3,) in metres along right, away, up."""
-
-
-def _shape(box: Box) -> Shape:
-    axes = rotation_matrix(box.pose.orientation)  # columns: right, away, up in the optical frame
-    centre = axes.T @ np.asarray(box.pose.position)
-    half = np.asarray(box.size) / 2.0
-    # Only the front is seen: what is missing to a square lies behind it.
-    missing = max(0.0, half[0] - half[1])
-    unseen = np.array([0.0, missing, 0.0])
-    return centre + unseen, half + unseen
+        load = sorted(name for name, reached in under.items() if lower in reached)
+        direct = [footprints[name] for name in load if lower in below[name]]
+        beyond[lower] = _beyond(
+            [footprints[name] for name in load], direct, footprints[lower], lower in irregular
+        )
+    return {name: max(beyond[lower] for lower in each) for name, each in under.items() if each}
 
 
 def _reached(name: str, below: Mapping[str, set[str]]) -> set[str]:
@@ -91,17 +60,13 @@ def _reached(name: str, below: Mapping[str, set[str]]) -> set[str]:
     return reached
 
 
-def _share(
-    load: Sequence[Shape], direct: Sequence[Shape], support: Shape, width: float
-) -> tuple[float, float]:
-    """Distance of the load's centre of mass from the middle of the contact, by its half width."""
-    volumes = np.array([np.prod(np.maximum(half, _SMALLEST_M)) for _, half in load])
-    mass = np.average([centre for centre, _ in load], axis=0, weights=volumes)
-    centre, half = support
-    # In a circle of supports nothing rests directly on anything: the whole support counts.
-    lows = [np.maximum(centre - half, each - size) for each, size in direct] or [centre - half]
-    highs = [np.minimum(centre + half, each + size) for each, size in direct] or [centre + half]
-    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    offset = np.abs(mass - (low + high) / 2.0)
-    shares = offset / np.maximum((high - low) / 2.0 * width, _SMALLEST_M)
-    return min(LARGEST, float(shares[0])), min(LARGEST, float(shares[1]))
+def _beyond(
+    load: Sequence[Footprint], direct: Sequence[Footprint], support: Footprint, point: bool
+) -> float:
+    """How far the load's centre of mass is outside of what it touches the support with."""
+    volumes = np.array([max(each.area * each.height, _SMALLEST) for each in load])
+    mass = np.average([each.middle for each in load], axis=0, weights=volumes)
+    beyond = float(np.linalg.norm(mass - support.middle)) if point else support.beyond(mass)
+    # Several stand firmer together than each of them does: then the support alone counts, as in
+    # a circle of supports, where nothing rests directly on anything.
+    return max([beyond, *(each.beyond(mass) for each in direct if len(direct) == 1)])

@@ -99,7 +99,7 @@ def pixels(way: Way, view: View, region: Region | None) -> Float:
 
 
 def shown(way: Way, question: Question) -> tuple[Float, Float]:
-    """A question to our network: image (6, side, side), and numbers (8,); 0 what it lacks."""
+    """A question to our network: image (6, side, side), and numbers (6,); 0 what it lacks."""
     image, numbers = unpack(question.image, SIDE), question.numbers
     return (
         image if way.pixels else np.zeros_like(image),

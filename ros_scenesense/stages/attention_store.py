@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-VERSION = 3
+VERSION = 4
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -54,8 +54,10 @@ CREATE TABLE decision (
     stamp_ns INTEGER NOT NULL UNIQUE
 );
 """
-_MIGRATIONS = ("DELETE FROM example; DELETE FROM network;", _DECISIONS)
-"""Examples of version 1 lack numbers that networks are shown now; its networks do not know them."""
+_FORGET = "DELETE FROM example; DELETE FROM network;"
+_MIGRATIONS = (_FORGET, _DECISIONS, _FORGET)
+"""Examples of versions 1 to 3 lack numbers that networks are shown now; their networks do not know
+them."""
 _KEPT_DECISIONS = 1000  # topics keep 200 for who starts again
 _OUTPUT = {Task.STABILITY: 0, Task.OCCLUSION: 1}
 _HELD_OUT_OF = 5  # one scene of five

@@ -14,7 +14,7 @@ from torch import nn
 from ros_scenesense.attention.networks.kinds import KINDS, NetworkConfiguration, build, kind_of
 from ros_scenesense.errors import NetworkError
 
-VERSION = 2
+VERSION = 3
 
 
 def save(path: Path, network: nn.Module, content: Mapping[str, Any]) -> None:
