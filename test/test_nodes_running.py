@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from ros_scenesense.errors import ParameterError
 from ros_scenesense.nodes import running
 
 NODE = "ros_scenesense.nodes.grounding_control"
@@ -100,3 +101,15 @@ def test_an_exception_in_any_callback_is_told_and_the_node_goes_on(monkeypatch):
     with pytest.raises(ValueError, match="in a callback"):
         running._spin_once(Failing(), node)
     assert node.errors == ["in a callback"]
+
+
+@pytest.mark.parametrize(("given", "threads"), [({}, "1"), ({"OMP_NUM_THREADS": "4"}, "4")])
+def test_a_node_and_its_worker_take_one_core_unless_it_is_said(monkeypatch, given, threads):
+    def stop():
+        raise ParameterError("far enough")
+
+    environment = dict(given)
+    monkeypatch.setattr(running.os, "environ", environment)
+    monkeypatch.setattr(running, "_initialise", stop)
+    assert running.run("node", lambda: None) == 2
+    assert environment["OMP_NUM_THREADS"] == threads

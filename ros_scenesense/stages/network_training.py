@@ -26,7 +26,7 @@ NONE = "none"
 SHIPPED_NETWORK = "query.pt"
 
 _CANDIDATE = "candidate.pt"
-_LEFT_BEHIND = ("candidate.pt", "training*.pt", ".candidate.pt.*", ".training*.pt.*")
+_LEFT_BEHIND = (_CANDIDATE, f".{_CANDIDATE}.*", "training*.pt", ".training*.pt.*")
 
 # Seconds: the examples travel to the worker; a piece of a training.
 _BEGIN_DEADLINE_S = 60.0
