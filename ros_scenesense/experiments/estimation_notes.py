@@ -208,9 +208,9 @@ def _network(figures: Mapping[str, float]) -> str:
         if figures["query_geometry_100"] > figures["query_100"] - _HARDLY:
             text += " With few images the numbers do all of it, pixels add nothing to them."
         text += (
-            " The numbers (how far what an object carries leans over its support, and along which "
-            "part of its outline something nearer begins) are measured in the depth image between "
-            "objects that attention relates to each other."
+            " The numbers (how far the weight that rests on an object lies beyond its support, and "
+            "along which part of its outline something nearer begins) are measured in the depth "
+            "image between objects that attention relates to each other."
         )
     if "query_segmented_100" in figures:
         text += (
