@@ -27,10 +27,12 @@ ACKNOWLEDGED = (Trust, MsrUpdate, Examples, Axioms, JobProgress)
 """Messages by which nodes say that something is learned."""
 _SETTLING_S = 180.0
 _ALL_SCENES = 10_000
-_REMEMBERED: dict[str, dict[str, object]] = {
+_CHOSEN: dict[str, dict[str, object]] = {
     # What was learned is replayed at the end, from all scenes.
     "grounding": {"remembered_scenes": _ALL_SCENES},
     "grounding_control": {"remembered_scenes": _ALL_SCENES},
+    # A short training hardly betters the network that comes with SceneSense: then none is adopted.
+    "attention": {"network": "none"},
 }
 
 
@@ -52,7 +54,7 @@ def kill_at_random(
         LaunchError: If a node does not come back.
     """
     values = options.parameters()
-    overrides = {name: {**values.get(name, {}), **more} for name, more in _REMEMBERED.items()}
+    overrides = {name: {**values.get(name, {}), **more} for name, more in _CHOSEN.items()}
     options = replace(options, keep=ACKNOWLEDGED, overrides={**options.overrides, **overrides})
     rng = np.random.default_rng([options.seed, *b"kills"])
     killed: Counter[str] = Counter()
