@@ -90,7 +90,7 @@ def test_of_many_examples_the_newest_are_kept_and_the_next_training_still_comes(
     for number in range(5):
         assert store.add(f"new-{number}", [], [(query, True)])
     assert (store.example_count, store.examples_ever) == (10, 45)
-    assert stage._training.new_examples == 5
+    assert stage._training.new_examples == 45
     store.close()
     stage.close()
 

@@ -28,12 +28,40 @@ def test_examples_of_an_older_release_are_left_but_their_scenes_are_known(tmp_pa
     with closing(sqlite3.connect(path)) as old:
         if version < 3:
             old.execute("DROP TABLE decision")
+        old.execute("DROP TABLE trained")
         old.execute(f"PRAGMA user_version={version}")
     store = AttentionStore(path, Health(), SIDE)
     assert store.example_count == 0
     assert not store.add("t-0", [], [])
     assert store.conclusions() == {"s3": (0, 2)}
     store.close()
+
+
+def test_examples_of_release_4_stay_and_count_as_trained_on(tmp_path):
+    teach(tmp_path, scenes=2)
+    path = tmp_path / "attention.db"
+    with closing(sqlite3.connect(path)) as old:
+        old.execute("DROP TABLE trained")
+        old.execute("PRAGMA user_version=4")
+    store = AttentionStore(path, Health(), SIDE)
+    assert store.trained_on == store.example_count == 4
+    store.close()
+
+
+def test_examples_are_new_until_a_training_on_them_has_ended(tmp_path):
+    teach(tmp_path)
+    killed = stage_with(state_dir=str(tmp_path))
+    killed.train(1)
+    assert killed._training.new_examples == 0
+    killed.close()
+    again = stage_with(state_dir=str(tmp_path))
+    assert again._training.new_examples == 80
+    again.train(2)
+    run_jobs(again)
+    again.close()
+    last = stage_with(state_dir=str(tmp_path))
+    assert last._training.new_examples == 0
+    last.close()
 
 
 def test_sets_are_joined_and_a_scene_held_out_stays_so(tmp_path):

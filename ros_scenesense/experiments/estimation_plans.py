@@ -99,8 +99,10 @@ SAMPLES = Plan(
     },
     scenes=2000,
 )
-_BOTH = (100, 5000)
-BACKGROUNDS = Plan(sizes={"query": _BOTH, "lenet": _BOTH, "lenet_att": _BOTH}, knowledge=())
+_FEW_AND_MANY = (100, 1000, 5000)
+BACKGROUNDS = Plan(
+    sizes={"query": _FEW_AND_MANY, "lenet": _FEW_AND_MANY, "lenet_att": _FEW_AND_MANY}, knowledge=()
+)
 QUICK_BACKGROUNDS = Plan(
     sizes={"query": (16,), "lenet": (16,)},
     knowledge=(),

@@ -22,7 +22,7 @@ from ros_scenesense.stages.health import Health
 from ros_scenesense.stages.packed_examples import PackedExamples
 from ros_scenesense.stages.state_file import open_state_file
 
-VERSION = 4
+VERSION = 5
 _SCHEMA = """
 CREATE TABLE judged (scene_id TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE example (
@@ -54,8 +54,12 @@ CREATE TABLE decision (
     stamp_ns INTEGER NOT NULL UNIQUE
 );
 """
+_TRAINED = """
+CREATE TABLE trained (examples_ever INTEGER NOT NULL);
+INSERT INTO trained SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'example';
+"""
 _FORGET = "DELETE FROM example; DELETE FROM network;"
-_MIGRATIONS = (_FORGET, _DECISIONS, _FORGET)
+_MIGRATIONS = (_FORGET, _DECISIONS, _FORGET, _TRAINED)
 """Examples of versions 1 to 3 lack numbers that networks are shown now; their networks do not know
 them."""
 _KEPT_DECISIONS = 1000  # topics keep 200 for who starts again
@@ -92,7 +96,8 @@ class AttentionStore:
         self._side = side
         self._kept = kept_examples
         self._health = health
-        self._connection = open_state_file(path, _SCHEMA + _DECISIONS, VERSION, health, _MIGRATIONS)
+        schema = _SCHEMA + _DECISIONS + _TRAINED
+        self._connection = open_state_file(path, schema, VERSION, health, _MIGRATIONS)
 
     def close(self) -> None:
         """Closes the file."""
@@ -180,6 +185,16 @@ class AttentionStore:
             "SELECT seq FROM sqlite_sequence WHERE name = 'example'"
         ).fetchone()
         return 0 if row is None else int(row[0])
+
+    @property
+    def trained_on(self) -> int:
+        """How many examples had come, ever, when the last training that ended began."""
+        return int(self._connection.execute("SELECT examples_ever FROM trained").fetchone()[0])
+
+    def record_training(self, examples_ever: int) -> None:
+        """Remembers that a training ended which began when so many examples had come."""
+        with self._connection:
+            self._connection.execute("UPDATE trained SET examples_ever = ?", (examples_ever,))
 
     def conclusions(self) -> dict[str, tuple[int, int]]:
         """How often each default was right and wrong, by axiom."""

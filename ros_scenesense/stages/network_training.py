@@ -73,7 +73,7 @@ class NetworkTraining:
         self._order: TrainingOrder | None = None
         self._revision = ""
         self._examples = 0
-        self._examples_before = store.examples_ever
+        self._examples_before = store.trained_on
         self.network = self._first_network(first)
         self._tidy_up()
 
@@ -84,7 +84,7 @@ class NetworkTraining:
 
     @property
     def new_examples(self) -> int:
-        """Examples that came since the last training began, or since the start."""
+        """Examples that came since the last training began; one that was killed does not count."""
         return self._store.examples_ever - self._examples_before
 
     def begin(self, now_ns: int) -> tuple[str | None, str]:
@@ -121,6 +121,8 @@ class NetworkTraining:
         """Takes where the training is, and goes on with it or ends it."""
         if self._order is None:
             return None
+        if isinstance(result, JobFailure) or result.finished:
+            self._store.record_training(self._examples_before)
         if isinstance(result, JobFailure):
             Path(self._order.file).unlink(missing_ok=True)
             self._order = None
