@@ -116,10 +116,11 @@ def _attention(figures: Mapping[str, float]) -> str:
     parts = []
     for kind, title in (("lenet", "LeNet"), ("alexnet", "AlexNet")):
         changes = [
-            f"{_share(figures, f'{kind}_{size}')} to {_share(figures, f'{kind}_att_{size}')} "
-            f"({size} images)"
+            f"{_change(figures, kind, f'{size}')} ({size} images"
+            + (f"; stacks {_change(figures, kind, f'stack_{size}')})" if stacks else ")")
             for size in _SIZES
             if {f"{kind}_{size}", f"{kind}_att_{size}"} <= figures.keys()
+            for stacks in [f"{kind}_stack_{size}" in figures]
         ]
         if changes:
             parts.append(f"{title} changes from {', '.join(changes)}")
@@ -160,13 +161,20 @@ def _attention(figures: Mapping[str, float]) -> str:
     return text
 
 
+def _change(figures: Mapping[str, float], kind: str, end: str) -> str:
+    """What a network of the paper has on whole images, and led by attention."""
+    return f"{_share(figures, f'{kind}_{end}')} to {_share(figures, f'{kind}_att_{end}')}"
+
+
 def _little(figures: Mapping[str, float]) -> str:
-    """Says so if our network is as good without reasoning and attention as with them."""
+    """Says so if our network is as good without reasoning and attention as with them, or better."""
     gains = [
         figures[f"query_{size}"] - figures[f"same_channels_{size}"]
         for size in _SIZES
         if {f"same_channels_{size}", f"query_{size}"} <= figures.keys()
     ]
+    if max(gains) < 0.0:
+        return ", and it is the better without them"
     return ", hardly anything" if max(gains) < _HARDLY else ""
 
 
@@ -233,15 +241,21 @@ def _network(figures: Mapping[str, float]) -> str:
 def _overruling(figures: Mapping[str, float]) -> str:
     if "query_overrule_100_complete" not in figures:
         return ""
+    several = [
+        f"{_share(figures, f'query_overrule_{size}_complete')} instead of "
+        f"{_share(figures, f'query_{size}_complete')} ({size} images)"
+        for size in _SIZES
+        if f"query_overrule_{size}_complete" in figures
+    ]
     text = (
         "**Who may overrule whom.** Where the network may overrule defaults, accuracy with "
-        f"complete knowledge is {_share(figures, 'query_overrule_100_complete')} instead of "
-        f"{_share(figures, 'query_100_complete')}."
+        f"complete knowledge is {', '.join(several)}."
     )
     if figures["query_overrule_100_complete"] < figures["query_100_complete"]:
         text += (
-            " That is no gain: the network learned only from what reasoning left open or got "
-            "wrong, so of what defaults usually get right it has seen the exceptions alone."
+            " With 100 images that is no gain: the network learned only from what reasoning left "
+            "open or got wrong, so of what defaults usually get right it has seen the exceptions "
+            "alone."
         )
     return text
 
