@@ -140,6 +140,13 @@ def _attention(figures: Mapping[str, float]) -> str:
             f"better than the most frequent answer ({_share(figures, 'reasoning_majority')}): how "
             "many images one needs to be as good as the other says little."
         )
+    for kind, title in (("lenet", "LeNet"), ("alexnet", "AlexNet")):
+        ratio = f"images_ratio_{kind}_balanced"
+        if ratio in figures:
+            text += (
+                f" By balanced accuracy {title} needs on regions {_share(figures, ratio)} of the "
+                "images, at most, for what it reaches on whole ones with 1000."
+            )
     pairs = [
         f"{_share(figures, f'same_channels_{size}')} and {_share(figures, f'query_{size}')} "
         f"({size} images)"
